@@ -1,0 +1,53 @@
+"""Rotors on flexible foundations: from measured frequency response functions to the machine that stands on them."""
+
+from rbfound import thesis
+from rbfound.coupling import Machine, mount
+from rbfound.files import load_foundation, load_frf, save_foundation, save_frf
+from rbfound.fitting import PseudoModes, equivalent_matrices, pmsm, pseudo_modes
+from rbfound.foundation import Foundation, modal_foundation
+from rbfound.frf import FRF
+from rbfound.peaks import Peaks, mode_indicator, pick_peaks
+from rbfound.rotor import Bearing, Disk, Rotor, Shaft
+from rbfound.system import Modes, System, mac
+from rbfound.tables import bound, table
+from rbfound.units import from_rpm, hertz, radians, rpm
+from rbfound.whirl import Campbell, CriticalSpeeds, campbell, unbalance_response
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "FRF",
+    "Bearing",
+    "Campbell",
+    "CriticalSpeeds",
+    "Disk",
+    "Foundation",
+    "Machine",
+    "Modes",
+    "Peaks",
+    "PseudoModes",
+    "Rotor",
+    "Shaft",
+    "System",
+    "bound",
+    "campbell",
+    "equivalent_matrices",
+    "from_rpm",
+    "hertz",
+    "load_foundation",
+    "load_frf",
+    "mac",
+    "modal_foundation",
+    "mode_indicator",
+    "mount",
+    "pick_peaks",
+    "pmsm",
+    "pseudo_modes",
+    "radians",
+    "rpm",
+    "save_foundation",
+    "save_frf",
+    "table",
+    "thesis",
+    "unbalance_response",
+]

@@ -1,0 +1,86 @@
+"""The rotor through its bearings on its foundation: one machine (equation 65)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from rbfound.foundation import Foundation
+from rbfound.rotor import Bearing, Mesh, Rotor, assemble
+from rbfound.system import System
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A mounted rotor: M, C, K and G (n, n) with the rotor's coordinates first and the foundation's behind.
+
+    Attributes
+    ----------
+    M, C, K : mass, damping, stiffness; the bearings are in C and K
+    G : gyroscopic matrix for a spin of 1 rad/s
+    mesh : the rotor's nodes
+    foundation : what it stands on; None is rigid ground
+    """
+
+    M: Array
+    C: Array
+    K: Array
+    G: Array
+    mesh: Mesh
+    foundation: Foundation | None = None
+
+    def at(self, speed: float) -> System:
+        """The machine at a spin speed [rad/s]."""
+        return System(self.M, self.C, self.K, speed * self.G, self.mesh.planes)
+
+    def coordinate(self, z: float, direction: str) -> int:
+        """Index of the shaft's displacement "x" or "y" at a position [m]."""
+        if direction not in ("x", "y"):
+            raise ValueError(f'direction is {direction!r}: it must be "x" or "y".')
+        return 4 * self.mesh.node(z) + "xy".index(direction)
+
+
+def mount(rotor: Rotor, bearings: Mapping[float, Bearing], on: Foundation | None = None) -> Machine:
+    """Put a rotor through its bearings on a foundation.
+
+    Parameters
+    ----------
+    rotor : Rotor
+    bearings : mapping from a position along the shaft [m] to a Bearing
+        The bearing at the smallest z stands on the seats x1, y1, the next one on x2, y2, and so on. Without
+        bearings rotor and foundation stand side by side, untied.
+    on : Foundation, or None for rigid ground
+
+    Raises
+    ------
+    ValueError
+        When a bearing stands beside the shaft, or the foundation has not two seats for each bearing.
+    """
+    places = sorted(bearings)
+    for z in places:
+        rotor.check_position(z, "bearing")
+    if on is not None and places and len(on.labels) != 2 * len(places):
+        raise ValueError(
+            f"{len(places)} bearings need {2 * len(places)} seats, x and y for each: "
+            f"the foundation has {len(on.labels)} ({', '.join(on.labels)})."
+        )
+    mesh = assemble(rotor, places)
+    n = len(mesh.M)
+    matrices = [on.M, on.C, on.K] if on is not None else [np.zeros((0, 0))] * 3
+    q = len(matrices[0])
+    M, C, K = (linalg.block_diag(a, b) for a, b in zip((mesh.M, np.zeros((n, n)), mesh.K), matrices, strict=True))
+    G = linalg.block_diag(mesh.G, np.zeros((q, q)))
+    for k, z in enumerate(places):
+        # the bearing feels the shaft's displacement minus its seat's: row by row (I at the node, -B at the seat)
+        relative = np.zeros((2, n + q))
+        first = 4 * mesh.node(z)
+        relative[[0, 1], [first, first + 1]] = 1.0
+        if on is not None:
+            relative[:, n:] = -on.B[2 * k : 2 * k + 2]
+        K += relative.T @ bearings[z].K @ relative
+        C += relative.T @ bearings[z].C @ relative
+    return Machine(M, C, K, G, mesh, on)

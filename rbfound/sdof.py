@@ -1,0 +1,149 @@
+"""One degree of freedom in closed form, and the half-power points of a resonance peak.
+
+m x'' + c x' + k x = f        omega = sqrt(k/m),  zeta = c / (2 m omega)        (equations 1-3)
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rbfound.units import hertz, radians
+
+Array = NDArray[np.float64]
+
+
+def natural(m: float, c: float, k: float) -> tuple[float, float]:
+    """Undamped natural frequency omega [rad/s] and damping ratio zeta [-] of a mass, a damper and a spring."""
+    if not (m > 0 and k > 0 and c >= 0):
+        raise ValueError(f"m = {m:g} kg, c = {c:g} N s/m, k = {k:g} N/m: m and k must be positive, c not negative.")
+    omega = float(np.sqrt(k / m))
+    return omega, c / (2 * m * omega)
+
+
+def poles(m: float, c: float, k: float) -> NDArray[np.complex128]:
+    """The two roots lambda of m lambda^2 + c lambda + k = 0 [rad/s]; |Im lambda| = omega sqrt(1 - zeta^2)."""
+    omega, zeta = natural(m, c, k)
+    root = np.sqrt(complex(zeta**2 - 1))
+    return np.array([-zeta + root, -zeta - root]) * complex(omega)
+
+
+def receptance(frequency: ArrayLike, m: float, c: float, k: float) -> NDArray[np.complex128]:
+    """Displacement for a unit harmonic force, 1 / (k - omega^2 m + i omega c) [m/N], at frequencies [Hz]."""
+    omega = radians(frequency)
+    return np.asarray(1 / (k - omega**2 * m + 1j * omega * c))
+
+
+def free_vibration(time: ArrayLike, m: float, c: float, k: float, x0: float = 0.0, v0: float = 0.0) -> Array:
+    """Displacement [m] at the times [s] after a release at x0 [m] with v0 [m/s] (equation 2)."""
+    fast, slow = poles(m, c, k)
+    t = np.asarray(time, dtype=float)
+    if fast == slow:
+        return np.asarray(np.real((x0 + (v0 - fast * x0) * t) * np.exp(fast * t)))
+    a = (v0 - slow * x0) / (fast - slow)
+    return np.asarray(np.real(a * np.exp(fast * t) + (x0 - a) * np.exp(slow * t)))
+
+
+@dataclass(frozen=True)
+class Peak:
+    """One resonance peak: its frequency [Hz], height, half-power points [Hz] (nan where not reached), damping [-]."""
+
+    frequency: float
+    height: float
+    low: float
+    high: float
+
+    @property
+    def damping(self) -> float:
+        """Equation 33: (high - low) / (2 frequency)."""
+        return (self.high - self.low) / (2 * self.frequency)
+
+
+def half_power(frequency: ArrayLike, magnitude: ArrayLike, line: int, interpolate: bool = True) -> Peak:
+    """Peak and half-power points |H| = peak / sqrt(2) about a line that is a local maximum (equations 32, 33).
+
+    With `interpolate`, three lines at a time are joined by a parabola of 1/|H|^2 over frequency squared: exactly
+    the curve of one degree of freedom, 1/|H|^2 = ((k - omega^2 m)^2 + omega^2 c^2). Without, the peak is the line
+    itself and |H| runs straight from line to line, as one reads it off a plot.
+
+    A half-power point is nan where the curve rises again, or ends, before it has fallen to 1/sqrt(2).
+
+    Parameters
+    ----------
+    frequency : (n,) [Hz], ascending
+    magnitude : (n,) |H|
+    line : int
+        Index of a local maximum of the magnitude, with a line on either side.
+    """
+    f = np.asarray(frequency, dtype=float)
+    a = np.asarray(magnitude, dtype=float)
+    if not 0 < line < len(f) - 1 or a[line] < max(a[line - 1], a[line + 1]):
+        raise ValueError(f"Line {line} of {len(f)} is not a local maximum with a line on either side.")
+    if not interpolate:
+        low, high = (_straight_crossing(f, a, line, step) for step in (-1, 1))
+        return Peak(float(f[line]), float(a[line]), low, high)
+    s, q = a**-2.0, f**2
+    top, least = _vertex(q[line - 1 : line + 2], s[line - 1 : line + 2])
+    low, high = (_resonance_crossing(q, s, line, step, 2 * least) for step in (-1, 1))
+    return Peak(float(np.sqrt(top)), float(least**-0.5), low, high)
+
+
+def local_maxima(magnitude: ArrayLike) -> NDArray[np.intp]:
+    """Indices of the lines that stand above both neighbours, the two ends excluded."""
+    a = np.asarray(magnitude, dtype=float)
+    return np.flatnonzero((a[1:-1] > a[:-2]) & (a[1:-1] >= a[2:])) + 1
+
+
+def damped(omega: ArrayLike, zeta: ArrayLike) -> Array:
+    """Damped natural frequency omega sqrt(1 - zeta^2) as [Hz]."""
+    return np.asarray(hertz(np.asarray(omega) * np.sqrt(1 - np.asarray(zeta) ** 2)))
+
+
+def _straight_crossing(f: Array, a: Array, line: int, step: int) -> float:
+    level = a[line] / np.sqrt(2)
+    inner = line
+    while 0 <= inner + step < len(f):
+        outer = inner + step
+        if a[outer] > a[inner]:
+            break
+        if a[outer] <= level:
+            return float(f[inner] + (f[outer] - f[inner]) * (a[inner] - level) / (a[inner] - a[outer]))
+        inner = outer
+    return float("nan")
+
+
+def _resonance_crossing(q: Array, s: Array, line: int, step: int, level: float) -> float:
+    inner = line
+    while 0 <= inner + step < len(q):
+        outer = inner + step
+        if s[outer] < s[inner]:
+            break
+        if s[outer] >= level:
+            three = sorted((inner - step, inner, outer))
+            c2, c1, c0 = _parabola(q[three], s[three])
+            if c2 > 0 and c1**2 >= 4 * c2 * (c0 - level):
+                root = (-c1 + step * np.sqrt(c1**2 - 4 * c2 * (c0 - level))) / (2 * c2)
+            else:  # neighbours bend the curve the other way: a straight line between the two
+                root = q[inner] + (q[outer] - q[inner]) * (level - s[inner]) / (s[outer] - s[inner])
+            return float(np.sqrt(root))
+        inner = outer
+    return float("nan")
+
+
+def _parabola(x: Array, y: Array) -> tuple[float, float, float]:
+    """Coefficients c2, c1, c0 of the parabola through three points."""
+    slope = np.diff(y) / np.diff(x)
+    c2 = (slope[1] - slope[0]) / (x[2] - x[0])
+    c1 = slope[0] - c2 * (x[0] + x[1])
+    return float(c2), float(c1), float(y[0] - x[0] * (c1 + c2 * x[0]))
+
+
+def _vertex(x: Array, y: Array) -> tuple[float, float]:
+    """Lowest point of the parabola through three points whose middle one is the lowest."""
+    c2, c1, c0 = _parabola(x, y)
+    if c2 <= 0:
+        return float(x[1]), float(y[1])
+    at = -c1 / (2 * c2)
+    least = c0 + c1 * at / 2
+    # the parabola of a heavily disturbed peak may dip below zero: then the line itself is the peak
+    return (at, least) if least > 0 else (float(x[1]), float(y[1]))

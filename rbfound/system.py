@@ -1,0 +1,185 @@
+"""Second-order linear systems: M q'' + (C + G) q' + K q = f, their modes and their receptance.
+
+Everything in rbfound ends here: a foundation, a rotor at one speed, a rotor on its foundation.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import linalg
+
+from rbfound.units import hertz, radians
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+# A pole smaller than this part of the largest one is the rounding of a zero: eigenvalues of K carry an error of
+# eps * max(lambda^2), so poles of sqrt(eps) * max|lambda|; a factor of seven above that is safe.
+ZERO_POLE = 1e-7
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Damped modes, sorted by damped frequency and then by damping.
+
+    Attributes
+    ----------
+    poles : (m,) complex [rad/s]
+        One of each conjugate pair (Im >= 0). A rigid-body mode is one zero; each real pole of an overdamped
+        mode stands alone, with frequency 0.
+    shapes : (n, m) complex
+        Displacements, largest entry 1.
+    """
+
+    poles: Complex
+    shapes: Complex
+
+    @property
+    def frequency(self) -> Array:
+        """Damped natural frequencies |Im lambda| / 2 pi [Hz], (m,)."""
+        return np.asarray(hertz(np.abs(self.poles.imag)))
+
+    @property
+    def damping(self) -> Array:
+        """Damping ratios -Re lambda / |lambda| [-], (m,); negative is unstable, 0 for a rigid-body mode."""
+        size = np.abs(self.poles)
+        return -self.poles.real / np.where(size > 0, size, 1.0)
+
+    def above(self, frequency: float) -> "Modes":
+        """The modes above a frequency [Hz]: without rigid-body and overdamped ones, for instance."""
+        keep = self.frequency > frequency
+        return Modes(self.poles[keep], self.shapes[:, keep])
+
+
+@dataclass(frozen=True)
+class System:
+    """A second-order system M q'' + (C + G) q' + K q = f.
+
+    Attributes
+    ----------
+    M, C, K : (n, n)
+        Mass, damping and stiffness. M must be positive definite.
+    G : (n, n)
+        Gyroscopic matrix, already multiplied by the spin speed; zero unless given.
+    planes : pair of index arrays, optional
+        Which coordinates are the x and which the y displacements along a shaft, for the whirl's direction.
+    """
+
+    M: Array
+    C: Array
+    K: Array
+    G: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    planes: tuple[NDArray[np.intp], NDArray[np.intp]] | None = None
+
+    def __post_init__(self) -> None:
+        n = np.shape(self.M)[0] if np.ndim(self.M) == 2 else -1
+        if np.size(self.G) == 0:
+            object.__setattr__(self, "G", np.zeros((max(n, 0), max(n, 0))))
+        for name in "MCKG":
+            matrix = np.asarray(getattr(self, name), dtype=float)
+            if matrix.shape != (n, n):
+                raise ValueError(f"{name} has shape {matrix.shape}: M, C, K and G must be square and of one size.")
+            if not np.isfinite(matrix).all():
+                row, column = np.argwhere(~np.isfinite(matrix))[0]
+                raise ValueError(f"{name}[{row}, {column}] is {matrix[row, column]}: every entry must be finite.")
+            object.__setattr__(self, name, matrix)
+
+    def state_matrix(self) -> tuple[Array, Array]:
+        """The real state matrix A of (y, y') with y = Lᵀ q, M = L Lᵀ, and L itself.
+
+        One Cholesky factor of M serves both blocks, and a symmetric K stays symmetric in A. Time is measured in
+        units of the fastest mode, so that both halves of the state have one size: multiply eigenvalues by `rate`.
+        """
+        L = _cholesky(self.M)
+        half = [linalg.solve_triangular(L, matrix, lower=True) for matrix in (self.K, self.C + self.G)]
+        stiffness, damping = (linalg.solve_triangular(L, matrix.T, lower=True).T for matrix in half)
+        n = len(L)
+        return np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]]), L
+
+    def modes(self) -> Modes:
+        """All damped modes, from the eigenvalues of the real state matrix; see `Modes` for what is returned."""
+        A, L = self.state_matrix()
+        n = len(L)
+        if n == 0:
+            return Modes(np.zeros(0, complex), np.zeros((0, 0), complex))
+        rate = np.sqrt(linalg.norm(A[n:, :n], np.inf)) or 1.0
+        A[n:, :n] /= rate**2
+        A[n:, n:] /= rate
+        poles, vectors = linalg.eig(A)
+        poles = poles * rate
+        shapes = linalg.solve_triangular(L.T, vectors[:n])
+        kept = _one_of_each_pair(poles)
+        poles, shapes = poles[kept], shapes[:, kept]
+        damping = -poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
+        order = np.lexsort((damping, poles.imag))
+        return Modes(poles[order], _largest_entry_one(shapes[:, order]))
+
+    def receptance(self, frequency: ArrayLike, outputs: Array | None = None, inputs: Array | None = None) -> Complex:
+        """Displacement for a unit force, H = outputs (K + i omega (C + G) - omega^2 M)^-1 inputs.
+
+        Solved line by line, never inverted.
+
+        Parameters
+        ----------
+        frequency : (f,) [Hz]
+        outputs : (o, n), optional
+            Rows that pick the displacements; every coordinate unless given.
+        inputs : (n, i), optional
+            Columns that place the forces; every coordinate unless given.
+
+        Returns
+        -------
+        (f, o, i) complex [m/N]
+        """
+        n = len(self.M)
+        outputs = np.eye(n) if outputs is None else np.asarray(outputs, dtype=float)
+        inputs = np.eye(n) if inputs is None else np.asarray(inputs, dtype=float)
+        omega = np.atleast_1d(radians(frequency)).astype(float)
+        H = np.empty((len(omega), len(outputs), inputs.shape[1]), dtype=complex)
+        for line, w in enumerate(omega):
+            stiffness = self.K - w**2 * self.M + 1j * w * (self.C + self.G)
+            try:
+                H[line] = outputs @ np.linalg.solve(stiffness, inputs)
+            except np.linalg.LinAlgError:
+                raise ValueError(
+                    f"The system is singular at {hertz(w):g} Hz: an undamped or rigid-body mode lies there. "
+                    "Add damping or leave the line out."
+                ) from None
+        return H
+
+
+def mac(A: ArrayLike, B: ArrayLike) -> Array:
+    """Modal assurance criterion between the columns of A (n, a) and B (n, b): (a, b), 1 for parallel shapes."""
+    A, B = np.atleast_2d(np.asarray(A)), np.atleast_2d(np.asarray(B))
+    overlap = np.abs(A.conj().T @ B) ** 2
+    size = np.outer((np.abs(A) ** 2).sum(axis=0), (np.abs(B) ** 2).sum(axis=0))
+    return np.asarray(overlap / np.where(size > 0, size, 1.0))
+
+
+def _cholesky(M: Array) -> Array:
+    scale = np.abs(M).max(initial=0.0)
+    if np.abs(M - M.T).max(initial=0.0) > 1e-9 * scale:
+        raise ValueError("M is not symmetric: a mass matrix must equal its transpose.")
+    try:
+        return np.asarray(linalg.cholesky((M + M.T) / 2, lower=True))
+    except linalg.LinAlgError:
+        smallest = linalg.eigvalsh(M)[0]
+        raise ValueError(
+            f"M is not positive definite: its smallest eigenvalue is {smallest:.3g}, its largest entry {scale:.3g}. "
+            "Every coordinate needs some mass."
+        ) from None
+
+
+def _one_of_each_pair(poles: Complex) -> NDArray[np.intp]:
+    """Indices of the poles with Im > 0, of every real pole, and of every second zero; tiny poles become zeros."""
+    poles[np.abs(poles) <= ZERO_POLE * np.abs(poles).max()] = 0
+    zero = np.flatnonzero(poles == 0)
+    real = np.flatnonzero((poles.imag == 0) & (poles != 0))
+    paired = np.flatnonzero(poles.imag > 0)
+    return np.concatenate([zero[: (len(zero) + 1) // 2], real, paired])
+
+
+def _largest_entry_one(shapes: Complex) -> Complex:
+    largest = shapes[np.abs(shapes).argmax(axis=0), np.arange(shapes.shape[1])]
+    return np.asarray(shapes / largest)
