@@ -1,0 +1,88 @@
+# The one entry to everything, the same by hand and in CI. `make` alone lists what there is.
+PYTHON ?= python3
+VENV   ?= .venv
+BIN    := $(VENV)/bin
+
+# One thread: results are then the same on every machine to the last printed digit, and small matrices are faster.
+export OPENBLAS_NUM_THREADS ?= 1
+export OMP_NUM_THREADS      ?= 1
+export MKL_NUM_THREADS      ?= 1
+
+# What a reader has in the home folder (kernels, IPython start-up files, matplotlib styles) stays out of the book.
+export IPYTHONDIR              := $(abspath $(VENV))/ipython
+export MPLCONFIGDIR            := $(abspath $(VENV))/matplotlib
+export JUPYTER_PREFER_ENV_PATH := 1
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+unexport PYTHONPATH MPLBACKEND
+
+NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
+
+.DEFAULT_GOAL := help
+.PHONY: help book test lab notebooks data lint unit html wheel screenshots clean distclean
+.NOTPARALLEL:
+
+help: ## list these targets
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1\t\2/' | expand -t 20
+
+book: $(VENV)/book.stamp html ## install, run and build the book, and say where to open it
+	@echo
+	@echo "The book is ready. Open this file in a browser:"
+	@echo "  $(abspath _build/html/index.html)"
+
+test: $(VENV)/dev.stamp lint unit wheel html ## install, and run every check there is
+	$(BIN)/pytest --nbval $(NOTEBOOKS) tests/test_book.py
+
+lab: $(VENV)/book.stamp ## open the notebooks in JupyterLab
+	$(BIN)/jupyter lab notebooks
+
+notebooks: $(VENV)/book.stamp ## run the notebooks again and refresh their committed outputs
+	$(BIN)/python tools/refresh_notebooks.py $(NOTEBOOKS)
+
+data: $(VENV)/book.stamp ## compute the foundation's FRFs in data/ again from its solid model
+	$(BIN)/python data/make_foundation.py
+
+lint: $(VENV)/dev.stamp ## ruff and mypy
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+unit: $(VENV)/dev.stamp ## the package's own tests
+	$(BIN)/pytest -m "not book"
+
+html: $(VENV)/book.stamp # every notebook is run again, as the package may have changed; a warning is an error
+	$(BIN)/jupyter-book build . --all -W --keep-going
+
+wheel: $(VENV)/dev.stamp ## build the wheel, install it into an empty environment and import it there
+	$(BIN)/python tools/check_wheel.py
+
+screenshots: $(VENV)/dev.stamp html ## pictures of each page, wide and narrow, in _build/screenshots
+	$(BIN)/python tools/screenshots.py _build/html _build/screenshots
+
+clean: ## remove what was built; keep the environment
+	rm -rf _build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
+
+distclean: clean ## remove the environment too
+	rm -rf $(VENV)
+
+$(VENV)/venv.stamp:
+	@command -v $(PYTHON) >/dev/null || { \
+	  echo "There is no '$(PYTHON)' here. rbfound needs Python 3.11 or newer; name it: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "rbfound needs Python 3.11 or newer, and '$(PYTHON)' is $$($(PYTHON) --version 2>&1)." \
+	       "Name a newer one: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
+	$(PYTHON) -m venv --clear $(VENV)
+	@touch $@
+
+# A kernel says at each start that it talks to the notebook without encryption; both are on this machine.
+KERNEL := $(VENV)/etc/ipython/ipython_kernel_config.py
+
+# Building matplotlib's font list takes seconds and says so on stderr: once here, rather than in a notebook's cell.
+$(VENV)/book.stamp: $(VENV)/venv.stamp pyproject.toml
+	$(BIN)/pip install --quiet --editable ".[book]"
+	@mkdir -p $(dir $(KERNEL)) && echo 'get_config().IPKernelApp.log_level = "ERROR"' > $(KERNEL)
+	$(BIN)/python -c "import matplotlib.font_manager"
+	@touch $@
+
+$(VENV)/dev.stamp: $(VENV)/book.stamp
+	$(BIN)/pip install --quiet --editable ".[dev]"
+	@touch $@
