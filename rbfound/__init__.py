@@ -1,6 +1,6 @@
 """Rotors on flexible foundations: from measured frequency response functions to the machine that stands on them."""
 
-from rbfound import thesis
+from rbfound import sdof, thesis
 from rbfound.coupling import Machine, mount
 from rbfound.files import load_foundation, load_frf, save_foundation, save_frf
 from rbfound.fitting import PseudoModes, equivalent_matrices, pmsm, pseudo_modes
@@ -47,6 +47,7 @@ __all__ = [
     "rpm",
     "save_foundation",
     "save_frf",
+    "sdof",
     "table",
     "thesis",
     "unbalance_response",

@@ -9,7 +9,7 @@ from scipy import linalg
 
 from rbfound.foundation import Foundation
 from rbfound.rotor import Bearing, Mesh, Rotor, assemble
-from rbfound.system import System
+from rbfound.system import Modes, System
 
 Array = NDArray[np.float64]
 
@@ -23,6 +23,7 @@ class Machine:
     M, C, K : mass, damping, stiffness; the bearings are in C and K
     G : gyroscopic matrix for a spin of 1 rad/s
     mesh : the rotor's nodes
+    bearings : mapping from a position [m] to a Bearing, in the order of the seats
     foundation : what it stands on; None is rigid ground
     """
 
@@ -31,11 +32,20 @@ class Machine:
     K: Array
     G: Array
     mesh: Mesh
+    bearings: Mapping[float, Bearing]
     foundation: Foundation | None = None
 
     def at(self, speed: float) -> System:
         """The machine at a spin speed [rad/s]."""
         return System(self.M, self.C, self.K, speed * self.G, self.mesh.planes)
+
+    def foundation_share(self, modes: Modes) -> Array:
+        """Part of each mode's kinetic energy that is the foundation's, (m,): 0 all shaft, 1 all foundation."""
+        n = len(self.mesh.M)
+        moving = self.M @ modes.shapes
+        whole = np.real(np.sum(modes.shapes.conj() * moving, axis=0))
+        below = np.real(np.sum(modes.shapes[n:].conj() * moving[n:], axis=0))
+        return np.asarray(below / whole)
 
     def coordinate(self, z: float, direction: str) -> int:
         """Index of the shaft's displacement "x" or "y" at a position [m]."""
@@ -83,4 +93,4 @@ def mount(rotor: Rotor, bearings: Mapping[float, Bearing], on: Foundation | None
             relative[:, n:] = -on.B[2 * k : 2 * k + 2]
         K += relative.T @ bearings[z].K @ relative
         C += relative.T @ bearings[z].C @ relative
-    return Machine(M, C, K, G, mesh, on)
+    return Machine(M, C, K, G, mesh, {z: bearings[z] for z in places}, on)

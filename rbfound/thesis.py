@@ -130,3 +130,34 @@ def model(letter: str) -> Machine:
         raise ValueError(f"There is no beam model {letter!r}: the letters are a, b, c, d, e, f.")
     tied = bearings() if letter in "cf" else {}
     return mount(rotor(0.0 if letter in "ad" else POINT_MASS), tied, on=foundation() if letter in "def" else None)
+
+
+def beside(letter: str, limit: float = 1200.0) -> dict[str, list[object]]:
+    """The natural frequencies of a beam model beside the printed ones, as columns for `rbfound.table`.
+
+    Every mode from 1 Hz to `limit` is a row; the two planes of a round rotor share one. What the thesis does not
+    list has no printed frequency: nothing is left out.
+    """
+    machine = model(letter)
+    modes = machine.at(0.0).modes().above(1.0)
+    inside = modes.frequency <= limit
+    share = machine.foundation_share(modes)[inside]
+    frequency = modes.frequency[inside]
+    printed = _printed(letter)
+    # each printed frequency goes to the nearest mode
+    nearest = {int(np.abs(frequency - f).argmin()): f for f in printed}
+    rows: list[tuple[object, ...]] = []
+    k = 0
+    while k < len(frequency):
+        twins = 2 if k + 1 < len(frequency) and frequency[k + 1] - frequency[k] < 1e-6 * frequency[k] else 1
+        told = next((nearest[j] for j in range(k, k + twins) if j in nearest), None)
+        error = None if told is None else 100 * (frequency[k] / told - 1)
+        rows.append((told, frequency[k], error, twins, "foundation" if share[k] > 0.5 else "shaft"))
+        k += twins
+    names = ("printed [Hz]", "rbfound [Hz]", "error [%]", "modes", "moves most")
+    return {name: list(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
+
+
+def _printed(letter: str) -> tuple[float, ...]:
+    """A model's printed frequencies, from the first table that shows them."""
+    return next(columns[letter] for columns in TABLES.values() if letter in columns)
