@@ -23,7 +23,9 @@ print("rbfound", rbfound.__version__, "imports from", rbfound.__file__)
 
 def build_wheel(folder: Path) -> Path:
     """The wheel of this work tree, in `folder`."""
-    subprocess.run([sys.executable, "-m", "build", "--wheel", "--outdir", folder, ROOT], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(
+        [sys.executable, "-m", "build", "--wheel", "--outdir", folder, ROOT], check=True, stdout=subprocess.DEVNULL
+    )
     (wheel,) = folder.glob("*.whl")
     return wheel
 
@@ -31,7 +33,8 @@ def build_wheel(folder: Path) -> Path:
 def check_contents(wheel: Path) -> None:
     """The package, the whole package and nothing but the package."""
     names = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
-    wanted = {path.relative_to(ROOT).as_posix() for path in (ROOT / "rbfound").rglob("*") if path.suffix in {".py", ".typed"}}
+    files = [path for path in (ROOT / "rbfound").rglob("*") if path.suffix in {".py", ".typed"}]
+    wanted = {path.relative_to(ROOT).as_posix() for path in files}
     if names != wanted:
         raise SystemExit(f"the wheel lacks {sorted(wanted - names)} and should not have {sorted(names - wanted)}")
 

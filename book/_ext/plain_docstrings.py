@@ -1,7 +1,8 @@
 """Let the package's docstrings be plain text, and still look right in the book.
 
-A docstring is read in an editor far more often than here. So it says |H| and M q'' as one would on paper, and this extension
-tells Sphinx what that means: bars, stars and trailing underscores are themselves, an indented formula keeps its line breaks.
+A docstring is read in an editor far more often than here. So it says |H| and M q'' as one would on paper, and this
+extension tells Sphinx what that means: bars, stars and trailing underscores are themselves, an indented formula keeps
+its line breaks.
 """
 
 import re

@@ -1,0 +1,141 @@
+"""The built book as a reader's browser sees it: headless Chromium, and no network.
+
+`make test` builds the book first. Without a network the pages lack MathJax, require.js and the widget manager, which
+they take from a CDN: their formulas stay TeX, and nothing else may break.
+"""
+
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote, urlsplit
+
+import pytest
+from browser import FLAGS, chromium, is_local, pages, router, served
+
+ROOT = Path(__file__).resolve().parent.parent
+HTML = ROOT / "_build" / "html"
+PAGES = pages(ROOT / "_toc.yml")
+
+pytestmark = pytest.mark.book
+
+
+def missing(sentence: str) -> None:
+    """Skip, with what to do about it; in CI a skip would hide a broken page, so there it fails."""
+    if os.environ.get("RBFOUND_REQUIRE_BROWSER"):
+        pytest.fail(sentence)
+    pytest.skip(sentence)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    executable = chromium()
+    if executable is None:
+        missing(
+            "The browser tests need Chromium: install it (Debian, Ubuntu: apt-get install chromium) and run them again."
+        )
+    playwright = pytest.importorskip(
+        "playwright.sync_api", reason="The browser tests need playwright: make test installs it."
+    )
+    with playwright.sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=executable, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    if not (HTML / "index.html").is_file():
+        missing("The browser tests need the built book: make book.")
+    with served(HTML) as url:
+        yield url
+
+
+class Visit:
+    """One page, opened at one width, and all that went wrong on the way."""
+
+    def __init__(self, browser: Any, url: str, width: int) -> None:
+        self.troubles: list[str] = []
+        self.context = browser.new_context(viewport={"width": width, "height": 900})
+        self.context.route("**/*", router())
+        self.page = self.context.new_page()
+        self.page.on("pageerror", lambda error: self.troubles.append(f"page error: {error}"))
+        self.page.on("console", self.heard)
+        self.page.on("response", self.answered)
+        self.page.goto(url, wait_until="load")
+        self.page.wait_for_selector("h1")
+        self.page.wait_for_timeout(200)
+
+    def heard(self, message: Any) -> None:
+        """An error on the console, unless it says that the (absent) network did not bring a file."""
+        away = not is_local(message.location.get("url", ""))
+        if message.type == "error" and not (away and "ERR_FAILED" in message.text):
+            self.troubles.append(f"console: {message.text} ({message.location.get('url')})")
+
+    def answered(self, response: Any) -> None:
+        """A file of the book itself that is not there."""
+        if response.status >= 400:
+            self.troubles.append(f"{response.status} {response.url}")
+
+
+@pytest.fixture(params=PAGES)
+def visit(request: pytest.FixtureRequest, browser: Any, address: str) -> Iterator[Visit]:
+    visit = Visit(browser, f"{address}/{request.param}", width=1280)
+    yield visit
+    visit.context.close()
+
+
+@pytest.fixture(params=PAGES[1:])
+def narrow(request: pytest.FixtureRequest, browser: Any, address: str) -> Iterator[Visit]:
+    visit = Visit(browser, f"{address}/{request.param}", width=390)
+    yield visit
+    visit.context.close()
+
+
+def test_a_page_opens_without_an_error_and_with_all_its_pictures(visit: Visit) -> None:
+    pictures = "Array.from(document.images).filter(i => i.loading != 'lazy' && !i.naturalWidth).map(i => i.src)"
+    assert visit.page.evaluate(pictures) == []
+    assert visit.troubles == []
+
+
+def test_a_page_shows_no_message_of_its_builder_and_no_traceback(visit: Visit) -> None:
+    assert visit.page.locator(".system-message, .problematic, .output.traceback, .output.stderr").count() == 0
+
+
+def test_every_link_within_the_book_leads_somewhere(visit: Visit, address: str) -> None:
+    links = visit.page.evaluate("Array.from(document.links, a => a.href)")
+    broken = [link for link in set(links) if link.startswith(address) and not leads_somewhere(link)]
+    assert broken == []
+
+
+def leads_somewhere(link: str) -> bool:
+    """Whether the page is there, and the place on it."""
+    parts = urlsplit(link)
+    page = HTML / unquote(parts.path).lstrip("/")
+    if not page.is_file():
+        return False
+    return not parts.fragment or f'id="{unquote(parts.fragment)}"' in page.read_text(encoding="utf-8")
+
+
+def test_a_narrow_page_does_not_scroll_sideways(narrow: Visit) -> None:
+    assert narrow.page.evaluate("document.scrollingElement.scrollWidth") <= 390
+
+
+def test_the_book_opens_at_its_first_page(browser: Any, address: str) -> None:
+    visit = Visit(browser, f"{address}/index.html", width=1280)
+    visit.page.wait_for_url(f"{address}/{PAGES[1]}")
+    visit.context.close()
+
+
+def test_the_book_opens_from_a_file_without_a_server(browser: Any, tmp_path: Path) -> None:
+    if not (HTML / PAGES[1]).is_file():
+        missing("The browser tests need the built book: make book.")
+    copy = shutil.copytree(HTML, tmp_path / "book")
+    page = browser.new_page()
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto((copy / "index.html").as_uri(), wait_until="domcontentloaded")
+    page.wait_for_selector("h1")
+    page.close()
+    assert errors == []

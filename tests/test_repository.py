@@ -1,0 +1,59 @@
+"""The repository's own promises: one version, a README whose example runs, a book that leaves no module out."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import rbfound
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def text(name: str) -> str:
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def test_the_version_is_the_same_everywhere() -> None:
+    version = tomllib.loads(text("pyproject.toml"))["project"]["version"]
+    assert rbfound.__version__ == version
+    assert f"\nversion: {version}\n" in text("CITATION.cff")
+    assert f"\n## [{version}]" in text("CHANGELOG.md")
+
+
+def test_the_core_needs_numpy_and_scipy_only() -> None:
+    needs = tomllib.loads(text("pyproject.toml"))["project"]["dependencies"]
+    assert [re.split(r"[<>=]", need)[0] for need in needs] == ["numpy", "scipy"]
+
+
+def test_every_module_is_on_the_page_of_the_package() -> None:
+    shown = set(re.findall(r"automodule:: rbfound\.(\w+)", text("book/api.md")))
+    assert shown == {path.stem for path in (ROOT / "rbfound").glob("*.py")} - {"__init__"}
+
+
+def test_the_example_of_the_readme_runs(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    (example,) = re.findall(r"```python\n(.+?)```", text("README.md"), re.DOTALL)
+    (promised,) = re.findall(r"```text\n(.+?)```", text("README.md"), re.DOTALL)
+    monkeypatch.chdir(ROOT)
+    exec(compile(example, "README.md", "exec"), {})
+    assert capsys.readouterr().out.split() == promised.split()
+
+
+def test_every_file_that_the_readme_names_is_there() -> None:
+    readme = text("README.md")
+    links = [link for link in re.findall(r"\]\(([^)#]+)\)", readme) if "://" not in link]
+    assert [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_every_make_target_that_the_readme_names_is_there() -> None:
+    targets = set(re.findall(r"^([a-z]+):", text("Makefile"), re.MULTILINE))
+    named = set(re.findall(r"make ([a-z]+)", text("README.md") + text("CONTRIBUTING.md")))
+    assert named <= targets
+
+
+def test_every_work_in_the_bibliography_is_cited_by_a_chapter_or_by_its_own_page() -> None:
+    keys = set(re.findall(r"^@\w+\{(\w+),", text("book/references.bib"), re.MULTILINE))
+    pages = [*ROOT.glob("book/*.md"), *ROOT.glob("notebooks/*.ipynb")]
+    cited = re.findall(r"\{cite(?::\w+)?\}`([\w, ]+)`", "".join(page.read_text(encoding="utf-8") for page in pages))
+    assert {key.strip() for keys in cited for key in keys.split(",")} == keys
