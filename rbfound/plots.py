@@ -76,7 +76,9 @@ def receptances(curves: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> None:
         bottom.plot(frequency, np.degrees(np.angle(np.asarray(H))), line, color=color, marker=marker, markersize=3)
     top.set_ylabel("receptance |H|  [m/N]")
     top.legend(ncols=2)
-    bottom.set(xlabel="frequency [Hz]", ylabel="phase [°]", ylim=(-190, 190), yticks=(-180, -90, 0, 90, 180))
+    highest = max(np.degrees(np.angle(np.asarray(H))).max() for _, H in curves.values())
+    ticks = (-180, -90, 0, 90, 180) if highest > 1 else (-180, -135, -90, -45, 0)
+    bottom.set(xlabel="frequency [Hz]", ylabel="phase [°]", ylim=(-190, ticks[-1] + 10), yticks=ticks)
     plt.show()
 
 
@@ -115,20 +117,20 @@ def frf_matrix(sets: Mapping[str, FRF]) -> None:
 
 
 @styled
-def half_power(frequency: ArrayLike, magnitude: ArrayLike, peaks: Mapping[str, Peak], width: float = 5.0) -> None:
+def half_power(frequency: ArrayLike, magnitude: ArrayLike, peaks: Mapping[str, Peak], width: float = 2.5) -> None:
     """A peak with its half-power points, `width` bandwidths of the first one to either side."""
     frequency, magnitude = np.asarray(frequency), np.asarray(magnitude)
     _, ax = plt.subplots()
     first = next(iter(peaks.values()))
     reach = width * (first.high - first.low)
     near = np.abs(frequency - first.frequency) <= reach
-    ax.plot(frequency[near], magnitude[near], "o", color=BLACK, markersize=4, label="lines")
+    ax.plot(frequency[near], magnitude[near], "o-", color=BLACK, markersize=4, lw=0.7, label="lines")
     for (name, peak), (color, line) in zip(peaks.items(), LINES, strict=False):
         level = peak.height / np.sqrt(2)
         ax.plot([peak.low, peak.high], [level, level], line, color=color, marker="|", markersize=12, label=name)
         ax.plot(peak.frequency, peak.height, "^", color=color, markersize=7)
     ax.set(xlabel="frequency [Hz]", ylabel="receptance |H|  [m/N]")
-    ax.set_ylim(bottom=0)
+    ax.set_ylim(0, 1.1 * max(peak.height for peak in peaks.values()))
     ax.legend()
     plt.show()
 
@@ -152,7 +154,7 @@ def over_time(time: ArrayLike, curves: Mapping[str, ArrayLike]) -> None:
     for (name, x), (color, line) in zip(curves.items(), LINES, strict=False):
         ax.plot(time, x, line, color=color, label=name)
     ax.set(xlabel="time [s]", ylabel="displacement [m]")
-    ax.legend(loc="upper right")
+    ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(curves))
     plt.show()
 
 
@@ -196,13 +198,18 @@ def matrix_on(ax: Axes, matrix: NDArray[np.float64], labels: Sequence[str], titl
 
 
 @styled
-def ladder(columns: Mapping[str, ArrayLike], limit: float = 1250.0) -> None:
-    """Natural frequencies as rungs, a column a model."""
+def ladder(columns: Mapping[str, tuple[ArrayLike, ArrayLike]], limit: float = 1250.0) -> None:
+    """Natural frequencies [Hz] as rungs, a column a model: (frequency, the foundation's share of the energy)."""
     _, ax = plt.subplots(figsize=(7.2, 4.4))
-    for k, frequencies in enumerate(columns.values()):
-        for f in np.atleast_1d(np.asarray(frequencies, dtype=float)):
+    kinds = {False: (BLUE, "-", "mostly shaft"), True: (RED, "--", "mostly foundation")}
+    for k, (frequencies, shares) in enumerate(columns.values()):
+        for f, share in zip(np.asarray(frequencies), np.asarray(shares), strict=True):
             if f <= limit:
-                ax.plot([k - 0.38, k + 0.38], [f, f], color=LINES[k % 2][0], ls=LINES[k % 2][1], lw=1.8)
+                color, line, _ = kinds[bool(share > 0.5)]
+                ax.plot([k - 0.38, k + 0.38], [f, f], color=color, ls=line, lw=1.8)
+    for color, line, name in kinds.values():
+        ax.plot([], [], color=color, ls=line, label=name)
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     ax.set(ylabel="natural frequency [Hz]", ylim=(0, limit), xticks=range(len(columns)), xticklabels=list(columns))
     ax.grid(axis="x", visible=False)
     plt.show()
@@ -314,3 +321,14 @@ def body_on(ax: Any, points: NDArray[np.float64], quads: NDArray[np.intp], color
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     ax.set_box_aspect(high - low)
     ax.set_axis_off()
+
+
+@styled
+def unbalance(answers: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> None:
+    """Amplitudes over speed of named unbalance responses, each (speeds [rad/s], displacement [m])."""
+    _, ax = plt.subplots(figsize=(7.2, 3.2))
+    for (name, (speed, x)), (color, line) in zip(answers.items(), LINES, strict=False):
+        ax.semilogy(rpm(speed), 1e6 * np.abs(x), line, color=color, label=name)
+    ax.set(xlabel="speed [rev/min]", ylabel="amplitude [µm]")
+    ax.legend()
+    plt.show()

@@ -29,7 +29,7 @@ def number(value: Any, digits: int = 4) -> str:
 
 
 def table(columns: Mapping[str, Any], digits: int = 4) -> str:
-    """Columns under their headings, right-aligned; text columns are aligned left.
+    """Columns under their headings, right-aligned; columns of words are aligned left.
 
     Parameters
     ----------
@@ -44,16 +44,16 @@ def table(columns: Mapping[str, Any], digits: int = 4) -> str:
         cells = [heading, *(number(entry, digits) for entry in entries)]
         cells += [""] * (height + 1 - len(cells))
         width = max(len(cell) for cell in cells)
-        left = any(isinstance(entry, str) for entry in entries)
+        left = any(isinstance(entry, str) and any(letter.isalpha() for letter in entry) for entry in entries)
         blocks.append([cell.ljust(width) if left else cell.rjust(width) for cell in cells])
     return "\n".join("  ".join(row).rstrip() for row in zip(*blocks, strict=True))
 
 
-def bound(value: float) -> str:
-    """A residual as the power of ten that it stays below: 3.1e-12 gives "< 1e-11".
+def bound(value: float, rounding: float = 1e-11) -> str:
+    """A residual as the power of ten that it stays below: 3.1e-9 gives "< 1e-08".
 
-    What rounding leaves differs from one BLAS to the next; its order of magnitude, and a bit more, does not.
+    What is below `rounding` is not told apart: it differs from one BLAS to the next.
     """
-    if not value > 0:
-        return "0"
-    return f"< 1e{int(np.floor(np.log10(value))) + 1:d}"
+    if not np.isfinite(value) or value < 0:
+        raise ValueError(f"A residual is finite and not negative, this one is {value}.")
+    return f"< 1e{int(np.floor(np.log10(max(value, rounding * 0.999)))) + 1:03d}"

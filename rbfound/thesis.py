@@ -4,7 +4,9 @@ The rotor's geometry is not printed there. `rotor()` is an equivalent one: found
 and c, it gives those of model f too.
 """
 
+from collections.abc import Mapping
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -67,7 +69,7 @@ _L = (160.0, 182.0, 271.0, 344.0, 472.0, 538.0, 627.0, 701.0, 752.0, 760.0, 763.
 
 # Printed natural frequencies at zero speed [Hz], table by table and model by model.
 # Table 17 is headed d and j; what stands in it are models e and k.
-TABLES = MappingProxyType(
+TABLES: Mapping[int, Mapping[str, tuple[float, ...]]] = MappingProxyType(
     {
         3: {"a": _A, "b": _B},
         4: {"b": _B, "c": _C},
@@ -132,7 +134,7 @@ def model(letter: str) -> Machine:
     return mount(rotor(0.0 if letter in "ad" else POINT_MASS), tied, on=foundation() if letter in "def" else None)
 
 
-def beside(letter: str, limit: float = 1200.0) -> dict[str, list[object]]:
+def beside(letter: str, limit: float = 1200.0) -> dict[str, list[Any]]:
     """The natural frequencies of a beam model beside the printed ones, as columns for `rbfound.table`.
 
     Every mode from 1 Hz to `limit` is a row; the two planes of a round rotor share one. What the thesis does not
@@ -143,15 +145,14 @@ def beside(letter: str, limit: float = 1200.0) -> dict[str, list[object]]:
     inside = modes.frequency <= limit
     share = machine.foundation_share(modes)[inside]
     frequency = modes.frequency[inside]
-    printed = _printed(letter)
     # each printed frequency goes to the nearest mode
-    nearest = {int(np.abs(frequency - f).argmin()): f for f in printed}
-    rows: list[tuple[object, ...]] = []
+    nearest = {int(np.abs(frequency - f).argmin()): f for f in _printed(letter)}
+    rows: list[tuple[Any, ...]] = []
     k = 0
     while k < len(frequency):
         twins = 2 if k + 1 < len(frequency) and frequency[k + 1] - frequency[k] < 1e-6 * frequency[k] else 1
         told = next((nearest[j] for j in range(k, k + twins) if j in nearest), None)
-        error = None if told is None else 100 * (frequency[k] / told - 1)
+        error = None if told is None else f"{100 * (frequency[k] / told - 1):+.2f}"
         rows.append((told, frequency[k], error, twins, "foundation" if share[k] > 0.5 else "shaft"))
         k += twins
     names = ("printed [Hz]", "rbfound [Hz]", "error [%]", "modes", "moves most")
