@@ -59,12 +59,13 @@ class Visit:
         self.troubles: list[str] = []
         self.context = browser.new_context(viewport={"width": width, "height": 900})
         self.context.route("**/*", router())
+        self.context.set_default_timeout(10_000)
         self.page = self.context.new_page()
         self.page.on("pageerror", lambda error: self.troubles.append(f"page error: {error}"))
         self.page.on("console", self.heard)
         self.page.on("response", self.answered)
         self.page.goto(url, wait_until="load")
-        self.page.wait_for_selector("h1")
+        self.page.wait_for_selector("article h1")
         self.page.wait_for_timeout(200)
 
     def heard(self, message: Any) -> None:
@@ -79,14 +80,14 @@ class Visit:
             self.troubles.append(f"{response.status} {response.url}")
 
 
-@pytest.fixture(params=PAGES)
+@pytest.fixture(scope="module", params=PAGES)
 def visit(request: pytest.FixtureRequest, browser: Any, address: str) -> Iterator[Visit]:
     visit = Visit(browser, f"{address}/{request.param}", width=1280)
     yield visit
     visit.context.close()
 
 
-@pytest.fixture(params=PAGES[1:])
+@pytest.fixture(scope="module", params=PAGES[1:])
 def narrow(request: pytest.FixtureRequest, browser: Any, address: str) -> Iterator[Visit]:
     visit = Visit(browser, f"{address}/{request.param}", width=390)
     yield visit
@@ -136,6 +137,6 @@ def test_the_book_opens_from_a_file_without_a_server(browser: Any, tmp_path: Pat
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto((copy / "index.html").as_uri(), wait_until="domcontentloaded")
-    page.wait_for_selector("h1")
+    page.wait_for_selector("article h1")
     page.close()
     assert errors == []
