@@ -18,7 +18,7 @@ unexport PYTHONPATH MPLBACKEND
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
-.PHONY: help book test lab notebooks data lint unit html wheel screenshots clean distclean
+.PHONY: help book test lab notebooks data lint format unit html wheel screenshots clean distclean
 .NOTPARALLEL:
 
 help: ## list these targets
@@ -45,6 +45,10 @@ lint: $(VENV)/dev.stamp ## ruff and mypy
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+format: $(VENV)/dev.stamp ## let ruff put code and notebooks in order
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
 
 unit: $(VENV)/dev.stamp ## the package's own tests
 	$(BIN)/pytest -m "not book"
