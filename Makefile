@@ -82,11 +82,12 @@ KERNEL := $(VENV)/etc/ipython/ipython_kernel_config.py
 
 # Building matplotlib's font list takes seconds and says so on stderr: once here, rather than in a notebook's cell.
 $(VENV)/book.stamp: $(VENV)/venv.stamp pyproject.toml
-	$(BIN)/pip install --quiet --editable ".[book]"
+	@echo "Installing into $(VENV): a minute or two the first time."
+	$(BIN)/pip install --quiet --quiet --editable ".[book]"
 	@mkdir -p $(dir $(KERNEL)) && echo 'get_config().IPKernelApp.log_level = "ERROR"' > $(KERNEL)
 	$(BIN)/python -c "import matplotlib.font_manager"
 	@touch $@
 
 $(VENV)/dev.stamp: $(VENV)/book.stamp
-	$(BIN)/pip install --quiet --editable ".[dev]"
+	$(BIN)/pip install --quiet --quiet --editable ".[dev]"
 	@touch $@
