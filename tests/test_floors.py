@@ -1,0 +1,191 @@
+"""The floors of the package: what imports what, read from the source."""
+
+import ast
+import inspect
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import rbfound
+
+PACKAGE = Path(rbfound.__file__).parent
+
+# A module imports from lower floors only: neither from its own floor nor from above. A new module gets its line here.
+FLOORS = {
+    "beam": 0,
+    "mesh": 0,
+    "tables": 0,
+    "units": 0,
+    "frf": 1,
+    "geometry": 1,
+    "sdof": 1,
+    "system": 1,
+    "peaks": 2,
+    "foundation": 3,
+    "rotor": 3,
+    "coupling": 4,
+    "files": 4,
+    "fitting": 4,
+    "solid": 4,
+    "thesis": 5,
+    "whirl": 5,
+    "plots": 6,
+    "widgets": 6,
+}
+
+# Packages beyond numpy and scipy, and the modules that may import them: each an extra of its own.
+EXTRAS = {
+    "matplotlib": {"plots"},
+    "mpl_toolkits": {"plots"},
+    "skfem": {"mesh", "solid"},
+    "ipywidgets": {"widgets"},
+    "anywidget": {"widgets"},
+    "IPython": {"widgets"},
+}
+
+MODULES = sorted(path.stem for path in PACKAGE.glob("*.py") if path.stem != "__init__")
+
+
+def tree_of(module):
+    return ast.parse((PACKAGE / f"{module}.py").read_text(encoding="utf-8"))
+
+
+def imports_of(tree):
+    """(full name, node) of each module that a tree imports; `from rbfound import x` counts as rbfound.x."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield alias.name, node
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"line {node.lineno}: a relative import; write from rbfound.… import …"
+            if node.module == "rbfound":
+                for alias in node.names:
+                    yield f"rbfound.{alias.name}", node
+            else:
+                yield node.module, node
+
+
+def test_every_module_has_a_floor():
+    assert set(MODULES) <= set(FLOORS), "give the new module a floor"
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_a_module_imports_from_lower_floors_only(module):
+    for name, node in imports_of(tree_of(module)):
+        if name.split(".")[0] == "rbfound":
+            imported = name.split(".")[1] if "." in name else "rbfound itself"
+            assert imported in FLOORS, f"{module}.py, line {node.lineno}: imports {name}"
+            here, there = FLOORS[module], FLOORS[imported]
+            assert there < here, f"{module}.py, line {node.lineno}: floor {here} imports {imported} of floor {there}"
+
+
+@pytest.mark.parametrize("module", [*MODULES, "__init__"])
+def test_imports_stand_at_the_top_of_a_module(module):
+    tree = tree_of(module)
+    top = {id(node) for node in tree.body}
+    inside = [node.lineno for _, node in imports_of(tree) if id(node) not in top]
+    assert not inside, f"{module}.py imports inside a function or a branch on lines {inside}"
+    calls = [
+        node.lineno
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Name | ast.Attribute)
+        and (getattr(node, "id", None) or getattr(node, "attr", None)) in ("__import__", "import_module")
+    ]
+    assert not calls, f"{module}.py imports by name on lines {calls}"
+
+
+@pytest.mark.parametrize("module", [*MODULES, "__init__"])
+def test_only_the_module_of_an_extra_imports_it(module):
+    allowed = {"numpy", "scipy", "rbfound"} | {package for package, users in EXTRAS.items() if module in users}
+    for name, node in imports_of(tree_of(module)):
+        package = name.split(".")[0]
+        assert package in allowed or package in sys.stdlib_module_names, f"{module}.py, line {node.lineno}: {name}"
+
+
+def test_init_imports_no_module_of_an_extra():
+    users = set().union(*EXTRAS.values())
+    names = {name.split(".")[1] for name, _ in imports_of(tree_of("__init__")) if name.startswith("rbfound.")}
+    assert names
+    assert not names & users
+
+
+def test_importing_rbfound_loads_no_extra():
+    # in a fresh interpreter: this one may have loaded anything
+    code = "import json, sys, rbfound; print(json.dumps(sorted({m.split('.')[0] for m in sys.modules})))"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = set(json.loads(run.stdout))
+    assert run.stderr == ""
+    assert "numpy" in loaded
+    assert not loaded & {"matplotlib", "mpl_toolkits", "skfem", "ipywidgets", "anywidget", "IPython", "jupyterlab"}
+
+
+def test_all_names_exist_and_are_sorted_and_everything_public_is_among_them():
+    names = rbfound.__all__
+    assert len(set(names)) == len(names)
+    assert all(hasattr(rbfound, name) for name in names)
+    imported = {
+        alias.asname or alias.name
+        for node in tree_of("__init__").body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert imported == set(names)
+
+
+def test_no_module_bears_the_name_of_a_public_function():
+    # `rbfound.name` would then be the one or the other, depending on who was imported last
+    functions = {name for name in rbfound.__all__ if not inspect.ismodule(getattr(rbfound, name))}
+    assert not functions & set(MODULES)
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_no_module_defines_a_function_of_its_own_name(module):
+    # `from rbfound.whirl import whirl` and `from rbfound import whirl` would be two things
+    names = {node.name for node in tree_of(module).body if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+    assert module not in names
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_every_public_function_class_and_method_has_a_docstring(module):
+    tree = tree_of(module)
+    assert ast.get_docstring(tree), f"{module}.py has no docstring"
+    bare = []
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+            # a subclass's methods are told of by the class that they come from
+            inner = node.body if isinstance(node, ast.ClassDef) and not node.bases else []
+            methods = [n for n in inner if isinstance(n, ast.FunctionDef) and not n.name.startswith("_")]
+            bare += [f"{n.name} on line {n.lineno}" for n in (node, *methods) if not ast.get_docstring(n)]
+    assert not bare, f"{module}.py: no docstring for {', '.join(bare)}"
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_no_module_hides_errors_or_prints(module):
+    # a bare except, a print and a silenced warning are the ways in which a result goes wrong unseen
+    for node in ast.walk(tree_of(module)):
+        assert not (isinstance(node, ast.ExceptHandler) and node.type is None), f"{module}.py, line {node.lineno}"
+        if isinstance(node, ast.Call):
+            called = ast.unparse(node.func)
+            assert called not in ("print", "warnings.simplefilter", "warnings.filterwarnings"), (
+                f"{module}.py, line {node.lineno}: {called}"
+            )
+
+
+def test_only_units_knows_that_a_turn_is_2_pi_and_a_minute_60_seconds():
+    # `2 * np.pi` elsewhere would be a second place where hertz and rad/s meet
+    for module in MODULES:
+        if module == "units":
+            continue
+        for node in ast.walk(tree_of(module)):
+            if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult | ast.Div):
+                assert ast.unparse(node) not in ("2 * np.pi", "np.pi * 2", "2.0 * np.pi"), f"{module}.py, {node.lineno}"
+
+
+def test_results_are_frozen():
+    for name in rbfound.__all__:
+        thing = getattr(rbfound, name)
+        if inspect.isclass(thing):
+            assert thing.__dataclass_params__.frozen, name
