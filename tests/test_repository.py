@@ -5,6 +5,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from test_floors import FLOORS
 
 import rbfound
 
@@ -27,9 +28,12 @@ def test_the_core_needs_numpy_and_scipy_only() -> None:
     assert [re.split(r"[<>=]", need)[0] for need in needs] == ["numpy", "scipy"]
 
 
-def test_every_module_is_on_the_page_of_the_package() -> None:
-    shown = set(re.findall(r"automodule:: rbfound\.(\w+)", text("book/api.md")))
-    assert shown == {path.stem for path in (ROOT / "rbfound").glob("*.py")} - {"__init__"}
+def test_every_module_is_on_the_page_of_the_package_and_on_its_floor() -> None:
+    floors = re.split(r"^## .+ floor$", text("book/api.md"), flags=re.MULTILINE)[1:]
+    shown = {
+        name: floor for floor, part in enumerate(floors) for name in re.findall(r"automodule:: rbfound\.(\w+)", part)
+    }
+    assert shown == {path.stem: FLOORS[path.stem] for path in ROOT.glob("rbfound/*.py") if path.stem != "__init__"}
 
 
 def test_the_example_of_the_readme_runs(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
