@@ -128,6 +128,18 @@ def test_every_rigid_body_mode_held_by_a_damper_alone_keeps_its_zero():
     np.testing.assert_allclose(np.sort(poles.real), [-2.0, -1.0, 0.0, 0.0], atol=1e-12)
 
 
+def test_the_shapes_of_rigid_body_modes_span_the_rigid_motions():
+    # four shapes, linearly independent, none of which K feels; eigenvectors of a defective zero come in equal pairs
+    for speed in (0.0, 500.0):
+        system = rb.Rotor(rb.Shaft([1.0], [0.02]), element=0.02).at(speed)
+        modes = system.modes()
+        rigid = modes.shapes[:, modes.poles == 0]
+        assert rigid.shape[1] == 4
+        rigid = rigid / np.linalg.norm(rigid, axis=0)
+        assert np.linalg.svd(rigid, compute_uv=False)[-1] > 1e-3
+        assert np.abs(system.K @ rigid).max() < 1e-6 * np.abs(system.K).max()
+
+
 def test_both_poles_of_an_overdamped_mode_stand_alone_at_no_frequency():
     # s^2 + 5 s + 4 = (s + 1)(s + 4), beside an oscillator of 3 rad/s
     modes = rb.System(np.eye(2), np.diag([5.0, 0.0]), np.diag([4.0, 9.0])).modes()
