@@ -219,6 +219,12 @@ def ladder(columns: Mapping[str, tuple[ArrayLike, ArrayLike]], limit: float = 12
 def rotor(rotor: Rotor, bearings: Mapping[float, Bearing]) -> None:
     """The shaft to scale, its disks, and where the bearings hold it."""
     _, ax = plt.subplots(figsize=(7.6, 2.3))
+    rotor_on(ax, rotor, bearings)
+    plt.show()
+
+
+def rotor_on(ax: Axes, rotor: Rotor, bearings: Mapping[float, Bearing]) -> None:
+    """A rotor to scale into given axes."""
     ends = 1e3 * rotor.shaft.ends
     for left, right, diameter in zip(ends[:-1], ends[1:], rotor.shaft.diameter, strict=True):
         ax.add_patch(
@@ -234,7 +240,6 @@ def rotor(rotor: Rotor, bearings: Mapping[float, Bearing]) -> None:
     ax.axhline(0, color=BLACK, lw=0.7, ls="-.")
     ax.set(xlabel="z [mm]", ylabel="[mm]", xlim=(-30, ends[-1] + 40), ylim=(-top - 85, top + 25), aspect="equal")
     ax.grid(False)
-    plt.show()
 
 
 @styled
@@ -272,7 +277,7 @@ def campbell(diagram: Campbell, highest: float | None = None) -> None:
     plt.show()
 
 
-def campbell_on(ax: Axes, diagram: Campbell, highest: float | None = None) -> None:
+def campbell_on(ax: Axes, diagram: Campbell, highest: float | None = None, legend: bool = True) -> None:
     """A Campbell diagram into given axes."""
     speeds = rpm(diagram.speeds)
     kinds = {1: (RED, "--", "forward whirl"), -1: (BLUE, "-.", "backward whirl"), 0: (BLACK, "-", "in a plane")}
@@ -291,7 +296,8 @@ def campbell_on(ax: Axes, diagram: Campbell, highest: float | None = None) -> No
             rpm(critical.speed), critical.frequency, "o", mfc="white", color=BLACK, label="critical speed", zorder=5
         )
     ax.set(xlabel="speed [rev/min]", ylabel="natural frequency [Hz]", xlim=(speeds[0], speeds[-1]), ylim=(0, highest))
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, 1.13), ncols=5, fontsize=8, columnspacing=1.2)
+    if legend:
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, 1.13), ncols=5, fontsize=8, columnspacing=1.2)
 
 
 @styled
@@ -309,15 +315,16 @@ def spread(samples: ArrayLike, marks: Mapping[str, ArrayLike], limit: float = 60
     plt.show()
 
 
-def body_on(ax: Any, points: NDArray[np.float64], quads: NDArray[np.intp], color: str = "#c9d6e2") -> None:
-    """The surface of a solid into three-dimensional axes: points (p, 3) [m], quads (q, 4); Y points up."""
-    corners = points[:, [2, 0, 1]][quads]
-    sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1])
-    normals = sides / np.maximum(np.linalg.norm(sides, axis=1, keepdims=True), 1e-300)
+def body_on(ax: Any, points: NDArray[np.float64], faces: NDArray[np.intp], color: str = "#c9d6e2") -> None:
+    """A solid's surface into three-dimensional axes: points (p, 3) [m], faces (f, 8) as `solid.surface` gives them."""
+    rings = points[:, [2, 0, 1]][faces]
+    first, second = rings[:, 4] - rings[:, 0], rings[:, 6] - rings[:, 2]
+    normals = np.cross(first, second)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     light = 0.55 + 0.45 * np.abs(normals @ np.array([0.35, 0.5, 0.79]))
     shades = np.clip(np.outer(light, plt.matplotlib.colors.to_rgb(color)), 0, 1)
-    ax.add_collection3d(Poly3DCollection(corners, facecolors=shades, edgecolors="#55555544", linewidths=0.15))
-    low, high = corners.reshape(-1, 3).min(axis=0), corners.reshape(-1, 3).max(axis=0)
+    ax.add_collection3d(Poly3DCollection(rings, facecolors=shades, edgecolors="#55555544", linewidths=0.15))
+    low, high = rings.min(axis=(0, 1)), rings.max(axis=(0, 1))
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     ax.set_box_aspect(high - low)
     ax.set_axis_off()
@@ -331,4 +338,43 @@ def unbalance(answers: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> None:
         ax.semilogy(rpm(speed), 1e6 * np.abs(x), line, color=color, label=name)
     ax.set(xlabel="speed [rev/min]", ylabel="amplitude [µm]")
     ax.legend()
+    plt.show()
+
+
+@styled
+def overview(
+    frf: FRF, foundation: Foundation, rotor: Rotor, bearings: Mapping[float, Bearing], diagram: Campbell
+) -> None:
+    """The whole path in one picture: FRFs, stiffness matrix, rotor, Campbell diagram."""
+    _, axes = plt.subplots(2, 2, figsize=(9.6, 6.2), width_ratios=(1.25, 1))
+    (first, second), (third, fourth) = axes
+    for j, (label, (color, line)) in enumerate(zip(frf.labels, LINES, strict=False)):
+        first.semilogy(frf.frequency, np.abs(frf.H[:, j, j]), line, color=color, lw=1.3, label=label)
+    first.plot([], [], ":", color=BLACK, lw=0.9, label="modes taken")
+    for f in foundation.modes().frequency:
+        first.axvline(f, color=BLACK, ls=":", lw=0.9)
+    first.set(xlabel="frequency [Hz]", ylabel="driving points |H|  [m/N]")
+    first.set_title("1  FRFs at the bearing seats", loc="left", pad=20)
+    first.legend(loc="lower left", bbox_to_anchor=(-0.02, 0.985), ncols=5, fontsize=8, columnspacing=1)
+    matrix_on(second, foundation.K, foundation.labels, "2  stiffness matrix K  [N/m]")
+    rotor_on(third, rotor, bearings)
+    third.set_title("3  the rotor in its bearings, on the foundation", loc="left")
+    campbell_on(fourth, diagram, legend=False)
+    fourth.set_title("4  natural frequencies and critical speeds", loc="left")
+    plt.show()
+
+
+@styled
+def body(points: NDArray[np.float64], faces: NDArray[np.intp]) -> None:
+    """A solid's surface, seen from above and beside: Z along the shaft, Y up."""
+    figure = plt.figure(figsize=(7.2, 4.4), layout="none")
+    ax = figure.add_subplot(projection="3d", computed_zorder=False)
+    body_on(ax, points, faces)
+    ax.view_init(elev=22, azim=-52)
+    corner = np.array([points[:, 2].mean() - 0.25, points[:, 0].min() - 0.1, 0.0])
+    for name, along in (("Z", (1, 0, 0)), ("X", (0, 1, 0)), ("Y", (0, 0, 1))):
+        tip = corner + 0.16 * np.array(along)
+        ax.plot(*np.transpose([corner, tip]), color=BLACK, lw=1.2, zorder=10)
+        ax.text(*(corner + 0.2 * np.array(along)), name, ha="center", va="center", zorder=10)
+    ax.set_position((0.02, -0.21, 0.96, 1.42))  # the room that 3-D axes leave around a body is not needed
     plt.show()

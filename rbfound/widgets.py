@@ -64,7 +64,7 @@ class PeakTweaker(W.VBox):
     def _summary(self) -> str:
         machine = mount(self._rotor, self._bearings, on=self.foundation)
         coupled = machine.at(0.0).modes().above(1.0).frequency
-        Phi = {f"peak {j + 1}": np.round(column, 4) for j, column in enumerate(self.modes.Phi.T)}
+        Phi = {f"peak {j + 1}": column for j, column in enumerate(self.modes.Phi.T)}
         frequencies = {
             "foundation alone [Hz]": self.foundation.modes().frequency,
             "under the rotor [Hz]": coupled[:8],
