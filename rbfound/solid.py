@@ -1,0 +1,307 @@
+"""The foundation as a three-dimensional elastic body: mesh, modes, receptances at the bearing seats, reduced model.
+
+Two pedestals (foot plate, tapered web, square head with a bore, bearing house) carry a hollow stator between them and
+stand on four clamped bolt pads. Z lies along the shaft, X is horizontal, Y points up from the ground. Needs the extra
+rbfound[solid] (scikit-fem); `import rbfound` does not load this module.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import linalg, sparse
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from skfem import Basis, BilinearForm, ElementHex0, ElementHexS2, FacetBasis, LinearForm
+from skfem.helpers import dot, grad
+
+from rbfound.foundation import Foundation, modal_foundation
+from rbfound.frf import FRF
+from rbfound.geometry import FoundationGeometry, foundation_blocks
+from rbfound.mesh import Block, SerendipityMesh, join
+from rbfound.units import radians
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Places = Callable[[Array], NDArray[np.bool_]]
+
+GEOMETRY = FoundationGeometry()
+
+# Products of strains are integrated by 2 x 2 x 2 points (fewer than exact: the exact brick is too stiff in bending),
+# products of displacements by 3 x 3 x 3 (2 x 2 x 2 would leave some displacements without mass).
+STIFFNESS_ORDER, MASS_ORDER = 3, 5
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A meshed elastic body with its seats.
+
+    Attributes
+    ----------
+    mesh : SerendipityMesh
+        `mesh.doflocs` (3, nodes) holds the nodes' positions [m].
+    M, K : (n, n) sparse [kg, N/m]
+        n = 3 nodes: x of every node, then y, then z. Nothing is fixed in them.
+    B : (seats, n)
+        x = B u gives the displacements of the seats.
+    labels : names of the seats
+    free : indices of the coordinates that are not fixed
+    """
+
+    mesh: SerendipityMesh
+    M: sparse.csc_array
+    K: sparse.csc_array
+    B: Array
+    labels: tuple[str, ...]
+    free: Indices
+
+    @property
+    def mass(self) -> float:
+        """The whole body's mass [kg], from a rigid translation along x."""
+        nodes = self.mesh.doflocs.shape[1]
+        along = np.repeat([1.0, 0.0, 0.0], nodes)
+        return float(along @ (self.M @ along))
+
+    def __str__(self) -> str:
+        return (
+            f"Solid of {self.mesh.nelements} elements, {self.M.shape[0]} coordinates ({len(self.free)} free), "
+            f"{self.mass:.4g} kg, seats {', '.join(self.labels) or 'none'}"
+        )
+
+
+def elastic_solid(blocks: Sequence[Block], fixed: Places | None = None, bores: Sequence[Places] = ()) -> Solid:
+    """Mass and stiffness of a body of 20-node bricks, and the mean motion of its bores.
+
+    Parameters
+    ----------
+    blocks : pieces that share the corners on their common faces
+    fixed : function of nodes' positions (3, n) that says which of them are held in all three directions
+    bores : such functions, one for each bearing: which nodes lie on its seat
+        The seats x1, y1, x2, y2, ... are the area-weighted means of the displacement over these surfaces, so a
+        force on a seat is spread evenly over the whole bore.
+
+    Notes
+    -----
+    With reduced integration a brick has six motions without strain that are not rigid. Neighbours on two sides stop
+    them, a single file of bricks lets them pass: give a bar two elements across at least one side.
+    """
+    mesh, owner = join(blocks)
+    materials = [block.material for block in blocks]
+    first, second = np.array([material.lame for material in materials])[owner].T
+    rho = np.array([material.rho for material in materials])[owner]
+    held = np.zeros(mesh.doflocs.shape[1], bool) if fixed is None else fixed(mesh.doflocs)
+    rows = [row for bore in bores for row in _mean_motion(mesh, bore)]
+    return Solid(
+        mesh,
+        _mass(mesh, rho),
+        _stiffness(mesh, first, second),
+        np.array(rows).reshape(-1, 3 * len(held)),
+        tuple(f"{axis}{k + 1}" for k in range(len(bores)) for axis in "xy"),
+        np.flatnonzero(np.tile(~held, 3)),
+    )
+
+
+def foundation_solid(geometry: FoundationGeometry = GEOMETRY, refinement: int = 1) -> Solid:
+    """The foundation on its clamped pads, with the seats x1, y1, x2, y2."""
+    return elastic_solid(
+        foundation_blocks(geometry, refinement),
+        geometry.on_pads,
+        [partial(geometry.on_bore, seat=seat) for seat in (1, 2)],
+    )
+
+
+def natural_modes(solid: Solid, count: int, shift: float = 0.0) -> tuple[Array, Array]:
+    """The undamped natural modes nearest to a frequency: omega (count,) [rad/s], ascending, and Phi (n, count).
+
+    The columns of Phi are mass-normalised [1/sqrt(kg)] and zero where the body is held. Found by inverse iteration
+    (Lanczos) around `shift` from a fixed start, so that the result is the same each time.
+
+    Parameters
+    ----------
+    shift : [Hz]
+        0 gives the lowest modes of a held body. A body that can move freely needs a negative one: the iteration
+        then works around a square of omega below zero, where the stiffness is not singular.
+    """
+    return _modes(solid, count, shift, _shifted_inverse(solid, shift))
+
+
+def ritz_modes(solid: Solid, modes: int = 16, blocks: int = 3) -> tuple[Array, Array]:
+    """Frequencies omega [rad/s] and mass-normalised shapes Phi (n, m) that carry the receptances at the seats.
+
+    Ritz's method in the space of the lowest natural modes and of the static answers to forces at the seats, followed
+    by the answers to their own inertia: K^-1 B^T, K^-1 M K^-1 B^T, ... These are the first terms of what all the
+    higher modes add to the receptance, in powers of omega^2. The lowest shapes remain the natural modes.
+
+    Parameters
+    ----------
+    modes : natural modes kept
+    blocks : terms of the series kept, each with one coordinate for every seat
+    """
+    solve = _shifted_inverse(solid, 0.0)
+    M, K = (_free(solid, A) for A in (solid.M, solid.K))
+    basis = _modes(solid, modes, 0.0, solve)[1][solid.free]
+    forces = solid.B[:, solid.free].T
+    for _ in range(blocks):
+        answer = _orthonormal(solve(forces), M, basis)
+        basis = np.hstack([basis, answer])
+        forces = M @ answer
+    squares, Q = linalg.eigh(basis.T @ (K @ basis), basis.T @ (M @ basis))
+    Phi = np.zeros((solid.K.shape[0], len(squares)))
+    Phi[solid.free] = basis @ Q
+    return np.sqrt(squares), Phi * _sign(solid.B @ Phi)
+
+
+def reduce(solid: Solid, modes: int = 16, blocks: int = 3, zeta: float = 0.02, notes: Sequence[str] = ()) -> Foundation:
+    """The body in the coordinates of `ritz_modes`: M = I, K = diag(omega^2), C = diag(2 zeta omega), B = its seats.
+
+    Parameters
+    ----------
+    modes, blocks : as in `ritz_modes`
+    zeta : damping ratio of every coordinate [-]
+    notes : sentences for the foundation to carry
+    """
+    omega, Phi = ritz_modes(solid, modes, blocks)
+    return modal_foundation(solid.B @ Phi, omega, np.full(len(omega), zeta), solid.labels, tuple(notes))
+
+
+def direct_receptance(
+    solid: Solid, frequency: ArrayLike, damped: tuple[Array, Array], zeta: float | Array = 0.02
+) -> FRF:
+    """The receptances at the seats by solving the whole system on each line [Hz]: slow, and a check of `reduce`.
+
+    Parameters
+    ----------
+    damped : omega (m,) [rad/s] and Phi (n, m), as `natural_modes` or `ritz_modes` give them
+        The body is damped in these shapes and not beyond: C = sum of 2 zeta omega (M phi)(M phi)^T, a matrix of low
+        rank that enters by Woodbury's formula. M and K remain those of the whole mesh.
+    zeta : damping ratios of these shapes [-]
+    """
+    omega, Phi = damped
+    M, K = (_free(solid, A) for A in (solid.M, solid.K))
+    BT, U = solid.B[:, solid.free].T, M @ Phi[solid.free]
+    frequency = np.atleast_1d(np.asarray(frequency, dtype=float))
+    H = np.empty((len(frequency), len(solid.B), len(solid.B)), dtype=complex)
+    for line, w in enumerate(radians(frequency)):
+        undamped = _factor((K - w**2 * M).tocsc(), 0.1)
+        X, Y = undamped(BT), undamped(U)
+        small = np.diag(1 / (2j * w * zeta * omega)) + U.T @ Y
+        H[line] = BT.T @ X - (BT.T @ Y) @ np.linalg.solve(small, U.T @ X)
+    return FRF(frequency, H, solid.labels)
+
+
+def surface(solid: Solid) -> tuple[Array, Indices]:
+    """The body's skin for drawing: all nodes' positions (nodes, 3) [m] and its faces (faces, 8).
+
+    A face is the ring of its nodes, corner, midside, corner, ...; every second one, `faces[:, ::2]`, is a corner.
+    A mode phi moves node k by `phi.reshape(3, -1).T[k]`.
+    """
+    mesh = solid.mesh
+    skin = mesh.boundary_facets()
+    corners, sides = mesh.facets[:, skin], mesh.nvertices + mesh.f2e[:, skin]
+    return mesh.doflocs.T.copy(), np.stack([corners, sides], axis=1).reshape(8, -1).T
+
+
+def _stiffness(mesh: SerendipityMesh, first: Array, second: Array) -> sparse.csc_array:
+    """K from lambda and mu [Pa] of every element: its nine blocks xx, xy, ..., of which three are transposes."""
+    basis = Basis(mesh, ElementHexS2(), intorder=STIFFNESS_ORDER)
+    cell = basis.with_element(ElementHex0())
+    given = {"lame": cell.interpolate(first), "mu": cell.interpolate(second)}
+    rows: list[list[sparse.csr_array]] = []
+    for i in range(3):
+        row = []
+        for j in range(i + 1):
+
+            @BilinearForm
+            def work(u, v, w, i=i, j=j):  # type: ignore[no-untyped-def]
+                shear = w["mu"] * (v.grad[j] * u.grad[i] + (i == j) * dot(grad(v), grad(u)))
+                return w["lame"] * v.grad[i] * u.grad[j] + shear
+
+            row.append(sparse.csr_array(work.assemble(basis, **given)))
+        rows.append(row)
+    full = [[rows[i][j] if j <= i else rows[j][i].T for j in range(3)] for i in range(3)]
+    return sparse.csc_array(sparse.block_array(full))
+
+
+def _mass(mesh: SerendipityMesh, rho: Array) -> sparse.csc_array:
+    basis = Basis(mesh, ElementHexS2(), intorder=MASS_ORDER)
+
+    @BilinearForm
+    def inertia(u, v, w):  # type: ignore[no-untyped-def]
+        return w["rho"] * u * v
+
+    one = sparse.csr_array(inertia.assemble(basis, rho=basis.with_element(ElementHex0()).interpolate(rho)))
+    return sparse.csc_array(sparse.block_diag([one] * 3))
+
+
+def _mean_motion(mesh: SerendipityMesh, bore: Places) -> list[Array]:
+    """Rows (3 nodes,) that average the displacement along x and along y over a surface."""
+    on = bore(mesh.p[:, : mesh.nvertices])
+    skin = mesh.boundary_facets()
+    facets = skin[on[mesh.facets[:, skin]].all(axis=0)]
+    if not len(facets):
+        raise ValueError("A bore has no face on the surface of the mesh: all four corners of one must lie on it.")
+
+    @LinearForm
+    def value(v, _):  # type: ignore[no-untyped-def]
+        return v
+
+    share = value.assemble(FacetBasis(mesh, ElementHexS2(), facets=facets, intorder=MASS_ORDER))
+    share = share / share.sum()
+    none = np.zeros_like(share)
+    return [np.concatenate([share, none, none]), np.concatenate([none, share, none])]
+
+
+def _free(solid: Solid, A: sparse.csc_array) -> sparse.csc_array:
+    return A[solid.free][:, solid.free].tocsc()
+
+
+def _factor(A: sparse.csc_array, pivot_threshold: float = 0.0) -> Callable[[Array], Array]:
+    """A^-1 as a function, for a symmetric A; a definite one needs no pivoting, which keeps its factor sparse."""
+    try:
+        solve = splu(
+            A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=pivot_threshold, options={"SymmetricMode": True}
+        ).solve
+    except RuntimeError:
+        raise ValueError("The stiffness is singular: fix the body somewhere, or shift below 0 Hz.") from None
+    return solve
+
+
+def _shifted_inverse(solid: Solid, shift: float) -> Callable[[Array], Array]:
+    if shift >= 0 and len(solid.free) == solid.K.shape[0]:
+        raise ValueError(f"Nothing is fixed, and the shift is {shift:g} Hz: a free body needs one below 0 Hz.")
+    M, K = (_free(solid, A) for A in (solid.M, solid.K))
+    return _factor((K - _square(shift) * M).tocsc(), 0.1 if shift > 0 else 0.0)
+
+
+def _square(shift: float) -> float:
+    """omega^2 of a shift [Hz], with its sign."""
+    return float(np.sign(shift) * radians(shift) ** 2)
+
+
+def _modes(solid: Solid, count: int, shift: float, solve: Callable[[Array], Array]) -> tuple[Array, Array]:
+    M, K = (_free(solid, A) for A in (solid.M, solid.K))
+    start = np.sin(np.arange(1.0, K.shape[0] + 1))
+    squares, free = eigsh(K, count, M, _square(shift), v0=start, OPinv=LinearOperator(K.shape, solve, dtype=float))
+    order = np.argsort(squares)
+    Phi = np.zeros((solid.K.shape[0], count))
+    Phi[solid.free] = free[:, order]
+    # a free body's six zeros come out as rounding on either side of zero
+    return np.sqrt(np.maximum(squares[order], 0)), Phi * _sign(solid.B @ Phi if len(solid.B) else Phi)
+
+
+def _orthonormal(X: Array, M: sparse.csc_array, basis: Array) -> Array:
+    """The columns of X made M-orthogonal to `basis` and M-orthonormal among themselves; twice, against rounding."""
+    for _ in range(2):
+        X = X - basis @ (basis.T @ (M @ X))
+        X = X / np.sqrt(np.einsum("ij,ij->j", X, M @ X))
+        L = linalg.cholesky(X.T @ (M @ X), lower=True)
+        X = linalg.solve_triangular(L, X.T, lower=True).T
+    return np.asarray(X)
+
+
+def _sign(shapes: Array) -> Array:
+    """1 or -1 for each column: the first entry of at least half the largest size shall be positive."""
+    size = np.abs(shapes)
+    first = (size >= size.max(axis=0) / 2).argmax(axis=0)
+    return np.where(shapes[first, np.arange(shapes.shape[1])] < 0, -1.0, 1.0)
