@@ -86,15 +86,13 @@ def test_the_largest_entry_of_a_mode_shape_is_one():
     np.testing.assert_allclose(shapes[np.abs(shapes).argmax(axis=0), np.arange(6)], 1.0, rtol=1e-12)
 
 
-def test_modes_ascend_in_frequency_and_twins_in_damping():
-    # two equal oscillators of 10 rad/s, one damped twice as much, and a slower third one
+def test_modes_ascend_in_frequency_and_keep_their_own_damping():
+    # three oscillators, two with one damped frequency: omega_d = omega sqrt(1 - zeta^2)
     omega, zeta = np.array([10.0, 10.0, 5.0]), np.array([0.2, 0.1, 0.3])
-    # equal damped frequencies: omega_d = omega sqrt(1 - zeta^2) is made the same for the first two
     omega[0] = 10.0 * np.sqrt(1 - 0.1**2) / np.sqrt(1 - 0.2**2)
     modes = rb.System(np.eye(3), np.diag(2 * zeta * omega), np.diag(omega**2)).modes()
     np.testing.assert_allclose(modes.poles.imag, [5 * np.sqrt(1 - 0.09), *[10 * np.sqrt(0.99)] * 2], rtol=1e-12)
-    np.testing.assert_allclose(sorted(modes.damping[1:]), [0.1, 0.2], rtol=1e-12)
-    assert (np.diff(modes.frequency) >= 0).all()
+    np.testing.assert_allclose([modes.damping[0], *sorted(modes.damping[1:])], [0.3, 0.1, 0.2], rtol=1e-12)
 
 
 def test_a_rigid_body_mode_is_an_exact_zero_and_counted_once():
@@ -151,7 +149,8 @@ def test_both_poles_of_an_overdamped_mode_stand_alone_at_no_frequency():
 def test_modes_above_a_frequency_leave_rigid_and_overdamped_ones_out():
     modes = rb.System(np.eye(3), np.diag([5.0, 0.0, 0.0]), np.diag([4.0, 900.0, 0.0])).modes()
     kept = modes.above(1.0)
-    assert len(modes.poles) == 4
+    # all at frequency 0: the rigid one first (damping 0), then the two poles of the overdamped one (damping 1)
+    np.testing.assert_allclose(modes.damping, [0.0, 1.0, 1.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(kept.frequency, [30 / (2 * np.pi)])
     assert kept.shapes.shape == (3, 1)
     assert abs(kept.shapes[1, 0]) == 1
