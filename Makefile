@@ -18,7 +18,7 @@ unexport PYTHONPATH MPLBACKEND
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
-.PHONY: help book test lab notebooks data lint format unit html wheel screenshots clean distclean
+.PHONY: help book test lab notebooks picture data lint format unit html wheel screenshots clean distclean
 .NOTPARALLEL:
 
 help: ## list these targets
@@ -37,6 +37,9 @@ lab: $(VENV)/book.stamp ## open the notebooks in JupyterLab
 
 notebooks: $(VENV)/book.stamp ## run the notebooks again and refresh their committed outputs
 	$(BIN)/python tools/refresh_notebooks.py $(NOTEBOOKS)
+
+picture: $(VENV)/book.stamp ## draw the README's picture again
+	$(BIN)/python tools/overview.py book/static/overview.png
 
 data: $(VENV)/book.stamp ## compute the foundation's FRFs in data/ again from its solid model
 	$(BIN)/python data/make_foundation.py

@@ -39,6 +39,7 @@ class Section:
 
     @property
     def area(self) -> float:
+        """Area of the cross-section [m^2]."""
         return float(np.pi / 4 * (self.diameter**2 - self.inner**2))
 
     @property
@@ -55,7 +56,7 @@ class Section:
         return kappa * self.E / (2 * (1 + self.nu)) * self.area
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BeamElement:
     """Matrices (4, 4) of one plane in the coordinates w1, s1, w2, s2: displacement and slope at both ends.
 

@@ -14,7 +14,7 @@ from rbfound.system import Modes, System
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Machine:
     """A mounted rotor: M, C, K and G (n, n) with the rotor's coordinates first and the foundation's behind.
 

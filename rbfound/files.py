@@ -10,6 +10,7 @@ import re
 import tempfile
 import zipfile
 import zlib
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from rbfound.frf import FRF, check_ascending
 Array = NDArray[np.float64]
 
 NAME = re.compile(r"(?P<response>[xy]\d+)_from_(?P<force>[xy]\d+)\.txt$", re.IGNORECASE)
+SEAT = re.compile(r"[xy](0|[1-9]\d*)")
 COLUMNS = ("Frequency [Hz]", "Amplitude [m]", "Phase [deg]", "Real [m]", "Imaginary [m]")
 # Amplitude and phase must say the same as real and imaginary part, up to the rounding of an export with four digits.
 AGREEMENT = 2e-3
@@ -62,6 +64,11 @@ def save_frf(frf: FRF, folder: str | os.PathLike[str]) -> None:
     another name first and renamed when all are complete.
     """
     folder = Path(folder)
+    if frf.labels != _seats(frf.labels):
+        raise ValueError(
+            f"The seats are {', '.join(frf.labels)}: file names can tell them only as x and y of each bearing, "
+            "x1, y1, x2, y2, ..."
+        )
     folder.mkdir(parents=True, exist_ok=True)
     forces = [label for pair in zip(frf.labels[1::2], frf.labels[0::2], strict=True) for label in pair]
     texts: dict[str, str] = {}
@@ -84,15 +91,21 @@ def save_frf(frf: FRF, folder: str | os.PathLike[str]) -> None:
 
 def load_foundation(path: str | os.PathLike[str]) -> Foundation:
     """A foundation from the .npz file that `save_foundation` wrote; nothing in it is unpickled."""
+    if not Path(path).is_file():
+        raise ValueError(f"{path} is not a file: give the .npz file that holds the foundation.")
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            parts = {key: stored[key] for key in ("M", "C", "K", "B", "labels", "notes")}
+        with open(path, "rb") as file:
+            stored = np.load(file, allow_pickle=False)
+            if not isinstance(stored, np.lib.npyio.NpzFile):
+                raise ValueError("it holds a single array")
+            M, C, K, B, labels, notes = (stored[key] for key in ("M", "C", "K", "B", "labels", "notes"))
+        if labels.ndim != 1 or notes.ndim != 1:
+            raise ValueError(f"labels has shape {labels.shape}, notes {notes.shape}: both must be rows of texts")
+        return Foundation(M, C, K, B, tuple(map(str, labels)), tuple(map(str, notes)))
     except KeyError as error:
         raise ValueError(f"{path} holds no foundation: {error.args[0]}") from None
     except (ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise ValueError(f"{path} is not a readable .npz file of a foundation: {error}") from None
-    labels, notes = (tuple(str(text) for text in parts[key]) for key in ("labels", "notes"))
-    return Foundation(parts["M"], parts["C"], parts["K"], parts["B"], labels, notes)
 
 
 def save_foundation(foundation: Foundation, path: str | os.PathLike[str]) -> None:
@@ -118,7 +131,7 @@ def save_foundation(foundation: Foundation, path: str | os.PathLike[str]) -> Non
 def _paths(folder: Path) -> dict[tuple[str, str], Path]:
     """The file of each (response, force)."""
     found: dict[tuple[str, str], Path] = {}
-    for path in sorted(folder.glob("*.txt")):
+    for path in sorted(folder.iterdir()):
         match = NAME.search(path.name)
         if match is None:
             continue
@@ -133,18 +146,22 @@ def _paths(folder: Path) -> dict[tuple[str, str], Path]:
 
 def _labels(folder: Path, paths: dict[tuple[str, str], Path]) -> tuple[str, ...]:
     """The seats x1, y1, x2, y2, ...; a ValueError if a file of a pair of them is missing."""
-    named = {label for pair in paths for label in pair}
-    bearings = sorted({int(label[1:]) for label in named})
-    labels = tuple(f"{axis}{number}" for number in bearings for axis in "xy")
+    labels = _seats(label for pair in paths for label in pair)
     missing = [f"{i} from {j}" for j in labels for i in labels if (i, j) not in paths]
     if missing:
-        others = [path.name for path in sorted(folder.glob("*.txt")) if NAME.search(path.name) is None]
+        others = [p.name for p in sorted(folder.iterdir()) if p.suffix.lower() == ".txt" and not NAME.search(p.name)]
         hint = f" Files whose names say no pair of seats: {', '.join(others)}." if others else ""
         raise ValueError(
             f"{folder} holds {len(paths)} of the {len(labels) ** 2} FRFs between {', '.join(labels)}. "
             f"Missing: {', '.join(missing)}.{hint}"
         )
     return labels
+
+
+def _seats(labels: Iterable[str]) -> tuple[str, ...]:
+    """x and y of every bearing that one of the labels names, in ascending order."""
+    numbers = {int(label[1:]) for label in labels if SEAT.fullmatch(label)}
+    return tuple(f"{axis}{number}" for number in sorted(numbers) for axis in "xy")
 
 
 def _read(path: Path) -> tuple[Array, list[int], NDArray[np.complex128]]:
@@ -159,11 +176,11 @@ def _read(path: Path) -> tuple[Array, list[int], NDArray[np.complex128]]:
         cells = line.split()
         if not cells:
             continue
+        if not rows and not _is_number(cells[0]):
+            continue  # the heading
         try:
             row = [float(cell) for cell in cells]
         except ValueError:
-            if not rows:
-                continue  # the heading
             raise ValueError(f"{path}, line {number}: {line.strip()[:60]!r} is not a row of numbers.") from None
         if len(row) != len(COLUMNS):
             raise ValueError(
@@ -176,6 +193,14 @@ def _read(path: Path) -> tuple[Array, list[int], NDArray[np.complex128]]:
     values = np.array(rows)
     _check_rows(path, values, numbers)
     return values[:, 0], numbers, values[:, 3] + 1j * values[:, 4]
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
 
 
 def _check_rows(path: Path, values: Array, numbers: list[int]) -> None:

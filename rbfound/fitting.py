@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 PARALLEL = 0.9
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PseudoModes:
     """One pseudo mode a seat, and what it was read from.
 
@@ -47,6 +47,7 @@ def pseudo_modes(frf: FRF, peaks: Sequence[float] | Peaks, *, interpolate: bool 
     At the peak of the driving point H_jj a single mode is taken to dominate, so that for a unit modal mass
     phi_jj = sqrt(2 i zeta omega^2 H_jj) and phi_ij = 2 i zeta omega^2 H_ij / phi_jj. Of each product the real
     part is kept: it is the quadrature of the FRF, which the undamped remainder of the other modes leaves alone.
+    The frequency of the peak is taken for the undamped one (equation 33 does so too): zeta^2 too low, 0.04 % at 2 %.
 
     Parameters
     ----------

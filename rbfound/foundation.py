@@ -4,6 +4,7 @@ M q'' + C q' + K q = Bᵀ f,    x = B q        f, x: forces and displacements at
 """
 
 from dataclasses import dataclass
+from textwrap import fill
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +16,7 @@ from rbfound.tables import table
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Foundation:
     """A foundation model, whatever road it came by.
 
@@ -88,7 +89,7 @@ class Foundation:
             f"Foundation with {len(self.M)} coordinates at the seats {', '.join(self.labels)}",
             table({"frequency [Hz]": modes.frequency, "damping [%]": 100 * modes.damping}),
         ]
-        return "\n".join([*lines, *self.notes])
+        return "\n".join([*lines, *(fill(note, width=92) for note in self.notes)])
 
 
 def modal_foundation(

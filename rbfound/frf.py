@@ -10,7 +10,7 @@ from rbfound.units import radians
 SEATS = ("x1", "y1", "x2", "y2")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FRF:
     """Receptances over frequency.
 
@@ -66,7 +66,8 @@ class FRF:
     def reciprocity(self) -> float:
         """Worst |H - Hᵀ| over all lines, relative to the largest receptance of that line; 0 for a perfect set."""
         difference = np.abs(self.H - self.H.transpose(0, 2, 1)).max(axis=(1, 2))
-        return float((difference / np.abs(self.H).max(axis=(1, 2))).max())
+        largest = np.abs(self.H).max(axis=(1, 2))
+        return float((difference / np.where(largest > 0, largest, 1.0)).max())
 
     def mobility(self) -> NDArray[np.complex128]:
         """Velocity for a unit force, i omega H [m/(N s)], (n, outputs, inputs)."""

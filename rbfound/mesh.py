@@ -57,7 +57,7 @@ class SerendipityMesh(MeshHex1):
         return ElementQuadS2()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Block:
     """A piece of the body whose outline in the x, y plane is the same for every z.
 

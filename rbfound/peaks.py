@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 REACH = 0.15
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Peaks:
     """Resonance peaks.
 
@@ -31,7 +31,12 @@ class Peaks:
 
     def __post_init__(self) -> None:
         frequency = np.atleast_1d(np.asarray(self.frequency, dtype=float))
-        damping = np.broadcast_to(np.asarray(self.damping, dtype=float), frequency.shape).copy()
+        damping = np.asarray(self.damping, dtype=float)
+        if damping.shape not in ((), frequency.shape):
+            raise ValueError(
+                f"{len(frequency)} frequencies and {damping.size} damping ratios: give one for all or one each."
+            )
+        damping = np.broadcast_to(damping, frequency.shape).copy()
         object.__setattr__(self, "frequency", frequency)
         object.__setattr__(self, "damping", damping)
 
@@ -69,7 +74,7 @@ def pick_peaks(
     if count is not None:
         if not 1 <= count <= len(lines):
             raise ValueError(f"count is {count}: the first mode indicator has {len(lines)} peaks in this band.")
-        prominent = np.argsort(-prominence(np.log(curve), lines))[:count]
+        prominent = np.argsort(-prominence(np.log(np.maximum(curve, np.finfo(float).tiny)), lines))[:count]
         found = [half_power(frf.frequency, curve, int(k), interpolate) for k in np.sort(lines[prominent])]
     else:
         found = [nearest_peak(frf.frequency, curve, f, interpolate) for f in sorted(near or ())]

@@ -218,7 +218,7 @@ def ladder(columns: Mapping[str, tuple[ArrayLike, ArrayLike]], limit: float = 12
 @styled
 def rotor(rotor: Rotor, bearings: Mapping[float, Bearing]) -> None:
     """The shaft to scale, its disks, and where the bearings hold it."""
-    _, ax = plt.subplots(figsize=(7.6, 2.3))
+    _, ax = plt.subplots(figsize=(7.6, 2.5))
     rotor_on(ax, rotor, bearings)
     plt.show()
 
@@ -238,7 +238,7 @@ def rotor_on(ax: Axes, rotor: Rotor, bearings: Mapping[float, Bearing]) -> None:
         ax.plot(1e3 * z, -top - 16, "^", color=BLACK, markersize=13)
         ax.annotate(f"{1e3 * z:g}", (1e3 * z, -top - 30), (0, -10), textcoords="offset points", ha="center", va="top")
     ax.axhline(0, color=BLACK, lw=0.7, ls="-.")
-    ax.set(xlabel="z [mm]", ylabel="[mm]", xlim=(-30, ends[-1] + 40), ylim=(-top - 85, top + 25), aspect="equal")
+    ax.set(xlabel="z [mm]", ylabel="[mm]", xlim=(-30, ends[-1] + 40), ylim=(-top - 115, top + 25), aspect="equal")
     ax.grid(False)
 
 
@@ -359,7 +359,7 @@ def overview(
     matrix_on(second, foundation.K, foundation.labels, "2  stiffness matrix K  [N/m]")
     rotor_on(third, rotor, bearings)
     third.set_title("3  the rotor in its bearings, on the foundation", loc="left")
-    campbell_on(fourth, diagram, legend=False)
+    campbell_on(fourth, diagram, highest=700, legend=False)
     fourth.set_title("4  natural frequencies and critical speeds", loc="left")
     plt.show()
 

@@ -51,6 +51,10 @@ class Shaft:
         for number, length in enumerate(self.length, start=1):
             if not 0 < length < np.inf:
                 raise ValueError(f"Segment {number} is {length:g} m long: lengths must be positive and finite.")
+        if np.size(self.inner) not in (1, len(self.length)):
+            raise ValueError(
+                f"{np.size(self.inner)} inner diameters and {len(self.length)} lengths: give one for all or one each."
+            )
         self.sections()
 
     @property
@@ -125,8 +129,8 @@ class Rotor:
     element: float = 0.05
 
     def __post_init__(self) -> None:
-        if not self.element > 0:
-            raise ValueError(f"element = {self.element:g} m: the longest element must have a positive length.")
+        if not 0 < self.element < np.inf:
+            raise ValueError(f"element = {self.element:g} m: the longest element must have a positive, finite length.")
         for z in self.disks:
             self.check_position(z, "disk")
 
@@ -149,7 +153,7 @@ class Rotor:
             raise ValueError(f"A {what} stands at {z:g} m: the shaft reaches from 0 to {end:g} m.")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mesh:
     """An assembled rotor: node positions z (nodes,) and M, K, G (4 nodes, 4 nodes), G for a spin of 1 rad/s."""
 

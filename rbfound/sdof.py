@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rbfound.units import hertz, radians
+from rbfound.units import radians
 
 Array = NDArray[np.float64]
 
@@ -82,7 +82,8 @@ def half_power(frequency: ArrayLike, magnitude: ArrayLike, line: int, interpolat
     if not interpolate:
         low, high = (_straight_crossing(f, a, line, step) for step in (-1, 1))
         return Peak(float(f[line]), float(a[line]), low, high)
-    s, q = a**-2.0, f**2
+    # a line without any response (0 Hz in many measured sets) would be infinite
+    s, q = np.maximum(a, 1e-6 * a[line]) ** -2.0, f**2
     top, least = _vertex(q[line - 1 : line + 2], s[line - 1 : line + 2])
     low, high = (_resonance_crossing(q, s, line, step, 2 * least) for step in (-1, 1))
     return Peak(float(np.sqrt(top)), float(least**-0.5), low, high)
@@ -92,11 +93,6 @@ def local_maxima(magnitude: ArrayLike) -> NDArray[np.intp]:
     """Indices of the lines that stand above both neighbours, the two ends excluded."""
     a = np.asarray(magnitude, dtype=float)
     return np.flatnonzero((a[1:-1] > a[:-2]) & (a[1:-1] >= a[2:])) + 1
-
-
-def damped(omega: ArrayLike, zeta: ArrayLike) -> Array:
-    """Damped natural frequency omega sqrt(1 - zeta^2) as [Hz]."""
-    return np.asarray(hertz(np.asarray(omega) * np.sqrt(1 - np.asarray(zeta) ** 2)))
 
 
 def _straight_crossing(f: Array, a: Array, line: int, step: int) -> float:

@@ -33,7 +33,7 @@ GEOMETRY = FoundationGeometry()
 STIFFNESS_ORDER, MASS_ORDER = 3, 5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Solid:
     """A meshed elastic body with its seats.
 

@@ -19,7 +19,7 @@ Complex = NDArray[np.complex128]
 ZERO_POLE = 1e-7
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Modes:
     """Damped modes, sorted by damped frequency and then by damping.
 
@@ -52,7 +52,7 @@ class Modes:
         return Modes(self.poles[keep], self.shapes[:, keep])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class System:
     """A second-order system M q'' + (C + G) q' + K q = f.
 
@@ -88,8 +88,7 @@ class System:
     def state_matrix(self) -> tuple[Array, Array]:
         """The real state matrix A of (y, y') with y = Lᵀ q, M = L Lᵀ, and L itself.
 
-        One Cholesky factor of M serves both blocks, and a symmetric K stays symmetric in A. Time is measured in
-        units of the fastest mode, so that both halves of the state have one size: multiply eigenvalues by `rate`.
+        One Cholesky factor of M serves both blocks, and a symmetric K stays symmetric in A.
         """
         L = _cholesky(self.M)
         half = [linalg.solve_triangular(L, matrix, lower=True) for matrix in (self.K, self.C + self.G)]
@@ -103,17 +102,30 @@ class System:
         n = len(L)
         if n == 0:
             return Modes(np.zeros(0, complex), np.zeros((0, 0), complex))
+        # time in units of the fastest mode, so that both halves of the state have one size
         rate = np.sqrt(linalg.norm(A[n:, :n], np.inf)) or 1.0
         A[n:, :n] /= rate**2
         A[n:, n:] /= rate
         poles, vectors = linalg.eig(A)
         poles = poles * rate
         shapes = linalg.solve_triangular(L.T, vectors[:n])
-        kept = _one_of_each_pair(poles)
-        poles, shapes = poles[kept], shapes[:, kept]
+        poles[np.abs(poles) <= ZERO_POLE * np.abs(poles).max()] = 0
+        kept = np.flatnonzero((poles != 0) & (poles.imag >= 0))
+        rigid = self._rigid_shapes(A[n:, :n], L, most=int((poles == 0).sum()))
+        poles = np.concatenate([np.zeros(rigid.shape[1]), poles[kept]])
+        shapes = np.concatenate([rigid, shapes[:, kept]], axis=1)
         damping = -poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
         order = np.lexsort((damping, poles.imag))
         return Modes(poles[order], _largest_entry_one(shapes[:, order]))
+
+    @staticmethod
+    def _rigid_shapes(stiffness: Array, L: Array, most: int) -> Array:
+        """Shapes that no spring feels, (n, r). Eigenvectors of a double zero come in equal pairs: no use here."""
+        if most == 0:
+            return np.zeros((len(L), 0))
+        _, sizes, rows = linalg.svd(stiffness)
+        free = sizes <= ZERO_POLE**2 * max(sizes[0], 1e-300)
+        return np.asarray(linalg.solve_triangular(L.T, rows[free][:most].T))
 
     def receptance(self, frequency: ArrayLike, outputs: Array | None = None, inputs: Array | None = None) -> Complex:
         """Displacement for a unit force, H = outputs (K + i omega (C + G) - omega^2 M)^-1 inputs.
@@ -138,15 +150,19 @@ class System:
         omega = np.atleast_1d(radians(frequency)).astype(float)
         H = np.empty((len(omega), len(outputs), inputs.shape[1]), dtype=complex)
         for line, w in enumerate(omega):
-            stiffness = self.K - w**2 * self.M + 1j * w * (self.C + self.G)
-            try:
-                H[line] = outputs @ np.linalg.solve(stiffness, inputs)
-            except np.linalg.LinAlgError:
-                raise ValueError(
-                    f"The system is singular at {hertz(w):g} Hz: an undamped or rigid-body mode lies there. "
-                    "Add damping or leave the line out."
-                ) from None
+            H[line] = outputs @ self.solve(float(w), inputs)
         return H
+
+    def solve(self, omega: float, force: Array | Complex) -> Complex:
+        """Displacements under harmonic forces of one circular frequency [rad/s]: (n,) or (n, i), as the forces."""
+        stiffness = self.K - omega**2 * self.M + 1j * omega * (self.C + self.G)
+        try:
+            return np.asarray(np.linalg.solve(stiffness, force), dtype=complex)
+        except np.linalg.LinAlgError:
+            raise ValueError(
+                f"The system is singular at {hertz(omega):g} Hz: an undamped or rigid-body mode lies there. "
+                "Add damping or leave the line out."
+            ) from None
 
 
 def mac(A: ArrayLike, B: ArrayLike) -> Array:
@@ -169,15 +185,6 @@ def _cholesky(M: Array) -> Array:
             f"M is not positive definite: its smallest eigenvalue is {smallest:.3g}, its largest entry {scale:.3g}. "
             "Every coordinate needs some mass."
         ) from None
-
-
-def _one_of_each_pair(poles: Complex) -> NDArray[np.intp]:
-    """Indices of the poles with Im > 0, of every real pole, and of every second zero; tiny poles become zeros."""
-    poles[np.abs(poles) <= ZERO_POLE * np.abs(poles).max()] = 0
-    zero = np.flatnonzero(poles == 0)
-    real = np.flatnonzero((poles.imag == 0) & (poles != 0))
-    paired = np.flatnonzero(poles.imag > 0)
-    return np.concatenate([zero[: (len(zero) + 1) // 2], real, paired])
 
 
 def _largest_entry_one(shapes: Complex) -> Complex:

@@ -11,7 +11,6 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rbfound.coupling import Machine
 from rbfound.system import Modes, System, mac
 from rbfound.units import hertz
 
@@ -22,10 +21,20 @@ Complex = NDArray[np.complex128]
 class Spinning(Protocol):
     """Whatever has a System at each speed [rad/s]."""
 
-    def at(self, speed: float) -> System: ...
+    def at(self, speed: float) -> System:
+        """The system at one speed [rad/s]."""
+        ...
 
 
-@dataclass(frozen=True)
+class Shafted(Spinning, Protocol):
+    """A machine whose shaft can be asked for the coordinate of a place."""
+
+    def coordinate(self, z: float, direction: str) -> int:
+        """Index of the displacement "x" or "y" at a position [m]."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
 class CriticalSpeeds:
     """Speeds at which a natural frequency equals the speed of rotation, ascending.
 
@@ -46,7 +55,7 @@ class CriticalSpeeds:
         return np.asarray(hertz(self.speed))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Campbell:
     """Damped natural frequencies over speed, each mode followed from speed to speed.
 
@@ -79,7 +88,11 @@ class Campbell:
         """Where branches cross the line frequency = speed, refined on the machine itself to 1e-9."""
         found = []
         margin = self.poles.imag - self.speeds[:, None]
-        for k, b in zip(*np.nonzero(margin[:-1] * margin[1:] < 0), strict=True):
+        # a speed of the sweep that is itself a critical one belongs to the step that ends there
+        margin[np.abs(margin) <= 1e-9 * self.speeds[:, None]] = 0
+        crossing = (margin[:-1] * margin[1:] < 0) | (margin[1:] == 0)
+        crossing[:1] |= margin[:1] == 0
+        for k, b in zip(*np.nonzero(crossing), strict=True):
             pole = _refine(self.machine, self.speeds[k : k + 2], self.poles[k : k + 2, b])
             found.append((pole.imag, -pole.real / abs(pole), self.whirl[k, b]))
         found.sort()
@@ -100,8 +113,8 @@ def campbell(machine: Spinning, speeds: ArrayLike, count: int = 12, above: float
         Slower modes are left out: rigid-body and overdamped ones.
     """
     speeds = np.atleast_1d(np.asarray(speeds, dtype=float))
-    if speeds.ndim != 1 or not np.isfinite(speeds).all() or (np.diff(speeds) <= 0).any():
-        raise ValueError("speeds must be finite and ascending [rad/s].")
+    if speeds.ndim != 1 or not len(speeds) or not np.isfinite(speeds).all() or (np.diff(speeds) <= 0).any():
+        raise ValueError("speeds must be finite and ascending, and at least one [rad/s].")
     systems = [machine.at(float(speed)) for speed in speeds]
     modes = [system.modes().above(above) for system in systems]
     count = min(count, len(modes[0].poles))
@@ -114,11 +127,11 @@ def campbell(machine: Spinning, speeds: ArrayLike, count: int = 12, above: float
         branches.append(order)
     rows = list(zip(kept, systems, branches, strict=True))
     poles = np.array([_pick(m.poles, b) for m, _, b in rows])
-    turns = np.array([_pick(whirl(m, system), b) for m, system, b in rows])
+    turns = np.array([_pick(whirl_direction(m, system), b) for m, system, b in rows])
     return Campbell(speeds, poles, turns.real, machine)
 
 
-def whirl(modes: Modes, system: System) -> Array:
+def whirl_direction(modes: Modes, system: System) -> Array:
     """Direction of whirl of each mode, from 1 (forward circles) to -1 (backward circles), (m,).
 
     The turning sense of each node's orbit, -2 Im(conj(x) y), over the sum of |x|^2 + |y|^2.
@@ -130,7 +143,7 @@ def whirl(modes: Modes, system: System) -> Array:
     return np.asarray(-2 * np.imag(x.conj() * y).sum(axis=0) / np.where(size > 0, size, 1.0))
 
 
-def unbalance_response(machine: Machine, speeds: ArrayLike, unbalance: Mapping[float, complex]) -> Complex:
+def unbalance_response(machine: Shafted, speeds: ArrayLike, unbalance: Mapping[float, complex]) -> Complex:
     """Steady response to unbalances, every coordinate of the machine: (speeds, n) complex [m].
 
     Parameters
@@ -140,16 +153,14 @@ def unbalance_response(machine: Machine, speeds: ArrayLike, unbalance: Mapping[f
     unbalance : mapping from a position [m] to mass times eccentricity [kg m]
         A complex value turns it by its angle. The force is Omega^2 u in x and -i Omega^2 u in y: forward circles.
     """
-    force = np.zeros(len(machine.M), dtype=complex)
+    speeds = np.atleast_1d(np.asarray(speeds, dtype=float))
+    force = np.zeros(len(machine.at(0.0).M), dtype=complex)
     for z, value in unbalance.items():
         force[machine.coordinate(z, "x")] += value
         force[machine.coordinate(z, "y")] += -1j * value
-    speeds = np.atleast_1d(np.asarray(speeds, dtype=float))
     response = np.empty((len(speeds), len(force)), dtype=complex)
     for k, speed in enumerate(speeds):
-        system = machine.at(float(speed))
-        stiffness = system.K - speed**2 * system.M + 1j * speed * (system.C + system.G)
-        response[k] = np.linalg.solve(stiffness, speed**2 * force)
+        response[k] = machine.at(float(speed)).solve(float(speed), speed**2 * force)
     return response
 
 
@@ -168,7 +179,7 @@ def _follow(before: Modes, after: Modes, order: NDArray[np.intp]) -> NDArray[np.
 
 
 def _pick(values: NDArray[Any], branch: NDArray[np.intp]) -> Complex:
-    picked = np.full(len(branch), np.nan + 0j)
+    picked = np.full(len(branch), complex(np.nan, np.nan))
     picked[branch >= 0] = values[branch[branch >= 0]]
     return picked
 

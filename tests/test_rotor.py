@@ -7,7 +7,7 @@ from scipy import linalg
 import rbfound as rb
 from rbfound.beam import element
 from rbfound.rotor import assemble
-from rbfound.whirl import whirl
+from rbfound.whirl import whirl_direction
 
 STEPPED = rb.Shaft(length=[0.2, 0.3, 0.1], diameter=[0.05, 0.08, 0.04], inner=[0.0, 0.02, 0.0])
 
@@ -178,7 +178,7 @@ def test_a_rigid_rotor_in_two_bearings_has_the_frequencies_of_its_four_equations
     modes = machine.at(speed).modes()
     np.testing.assert_allclose(modes.poles.imag[:4], np.abs(roots[order]), rtol=1e-5)
     if speed > 0:
-        np.testing.assert_allclose(whirl(modes, machine.at(speed))[:4], np.sign(roots[order]), atol=1e-5)
+        np.testing.assert_allclose(whirl_direction(modes, machine.at(speed))[:4], np.sign(roots[order]), atol=1e-5)
 
 
 def test_spin_lifts_the_forward_tilt_and_lowers_the_backward_one_by_the_closed_form():
@@ -207,7 +207,9 @@ def test_spinning_the_other_way_turns_the_whirl_round():
     one, other = machine.at(500.0), machine.at(-500.0)
     # the fastest pole is some 1e5 times larger: eps * 1e5^2 of rounding
     np.testing.assert_allclose(one.modes().poles[:4], other.modes().poles[:4], rtol=1e-6)
-    np.testing.assert_allclose(whirl(one.modes(), one)[:4], -whirl(other.modes(), other)[:4], atol=1e-6)
+    np.testing.assert_allclose(
+        whirl_direction(one.modes(), one)[:4], -whirl_direction(other.modes(), other)[:4], atol=1e-6
+    )
 
 
 def test_a_spinning_free_rotor_keeps_its_bending_modes_energy():

@@ -5,7 +5,7 @@ import pytest
 from scipy import linalg
 
 import rbfound as rb
-from rbfound.whirl import whirl
+from rbfound.whirl import whirl_direction
 
 # An overhung disk with more polar than diametral inertia: strong gyroscopics, branches that cross.
 ROTOR = rb.Rotor(rb.Shaft([0.6, 0.2], [0.05, 0.05]), {0.8: rb.Disk(8.0, 0.04, 0.075), 0.3: rb.Disk(5.0, 0.02, 0.03)})
@@ -82,7 +82,7 @@ def test_a_fixed_direction_whirls_neither_way():
     bearing = rb.Bearing(kxx=3e7, kyy=6e7)
     machine = rb.mount(ROTOR, dict.fromkeys(PLACES, bearing))
     system = machine.at(0.0)
-    np.testing.assert_allclose(whirl(system.modes(), system)[:6], 0.0, atol=1e-6)
+    np.testing.assert_allclose(whirl_direction(system.modes(), system)[:6], 0.0, atol=1e-6)
 
 
 def test_between_anisotropic_bearings_the_sense_of_whirl_is_mixed():
