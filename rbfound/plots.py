@@ -6,13 +6,13 @@ greyscale. Frequencies are in hertz and speeds in revolutions per minute on the 
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
-from typing import Any, ParamSpec
+from typing import ParamSpec
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import TwoSlopeNorm
-from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import TwoSlopeNorm, to_rgb
 from numpy.typing import ArrayLike, NDArray
 
 from rbfound.coupling import Machine
@@ -315,18 +315,25 @@ def spread(samples: ArrayLike, marks: Mapping[str, ArrayLike], limit: float = 60
     plt.show()
 
 
-def body_on(ax: Any, points: NDArray[np.float64], faces: NDArray[np.intp], color: str = "#c9d6e2") -> None:
-    """A solid's surface into three-dimensional axes: points (p, 3) [m], faces (f, 8) as `solid.surface` gives them."""
-    rings = points[:, [2, 0, 1]][faces]
-    first, second = rings[:, 4] - rings[:, 0], rings[:, 6] - rings[:, 2]
-    normals = np.cross(first, second)
+# The viewer of solids stands at the far end of the shaft, to the left and above: rows right, up, towards the viewer.
+TURN, TILT = np.radians(52), np.radians(22)
+ACROSS = np.array([np.cos(TURN), 0.0, np.sin(TURN)])
+LEVEL = np.array([-np.sin(TURN), 0.0, np.cos(TURN)])
+UPRIGHT = np.array([0.0, 1.0, 0.0])
+VIEW = np.array([ACROSS, np.cos(TILT) * UPRIGHT - np.sin(TILT) * LEVEL, np.cos(TILT) * LEVEL + np.sin(TILT) * UPRIGHT])
+
+
+def body_on(ax: Axes, points: NDArray[np.float64], faces: NDArray[np.intp], color: str = "#c9d6e2") -> None:
+    """A solid's surface into given axes: points (p, 3) [m], faces (f, 8) as `solid.surface` gives them."""
+    rings = (points @ VIEW.T)[faces]
+    rings = rings[np.argsort(rings[:, :, 2].mean(axis=1))]  # far faces first, near ones over them
+    normals = np.cross(rings[:, 4] - rings[:, 0], rings[:, 6] - rings[:, 2])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    light = 0.55 + 0.45 * np.abs(normals @ np.array([0.35, 0.5, 0.79]))
-    shades = np.clip(np.outer(light, plt.matplotlib.colors.to_rgb(color)), 0, 1)
-    ax.add_collection3d(Poly3DCollection(rings, facecolors=shades, edgecolors="#55555544", linewidths=0.15))
-    low, high = rings.min(axis=(0, 1)), rings.max(axis=(0, 1))
-    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    ax.set_box_aspect(high - low)
+    light = 0.55 + 0.45 * np.abs(normals @ np.array([-0.45, 0.75, 0.48]))
+    shades = np.clip(np.outer(light, to_rgb(color)), 0, 1)
+    ax.add_collection(PolyCollection(list(rings[:, :, :2]), facecolors=shades, edgecolors="#55555566", linewidths=0.2))
+    ax.autoscale_view()
+    ax.set_aspect("equal")
     ax.set_axis_off()
 
 
@@ -366,15 +373,12 @@ def overview(
 
 @styled
 def body(points: NDArray[np.float64], faces: NDArray[np.intp]) -> None:
-    """A solid's surface, seen from above and beside: Z along the shaft, Y up."""
-    figure = plt.figure(figsize=(7.2, 4.4), layout="none")
-    ax = figure.add_subplot(projection="3d", computed_zorder=False)
+    """A solid's surface, seen from the far end of the shaft, from the left and above."""
+    _, ax = plt.subplots(figsize=(7.2, 5.0))
     body_on(ax, points, faces)
-    ax.view_init(elev=22, azim=-52)
-    corner = np.array([points[:, 2].mean() - 0.25, points[:, 0].min() - 0.1, 0.0])
-    for name, along in (("Z", (1, 0, 0)), ("X", (0, 1, 0)), ("Y", (0, 0, 1))):
-        tip = corner + 0.16 * np.array(along)
-        ax.plot(*np.transpose([corner, tip]), color=BLACK, lw=1.2, zorder=10)
-        ax.text(*(corner + 0.2 * np.array(along)), name, ha="center", va="center", zorder=10)
-    ax.set_position((0.02, -0.21, 0.96, 1.42))  # the room that 3-D axes leave around a body is not needed
+    corner = np.array([points[:, 0].min() - 0.1, 0.0, points[:, 2].mean() - 0.2])
+    for name, along in zip("XYZ", 0.15 * np.eye(3), strict=True):
+        line, text = (np.array([corner, corner + f * along]) @ VIEW[:2].T for f in (1.0, 1.3))
+        ax.plot(*line.T, color=BLACK, lw=1.2)
+        ax.text(*text[1], name, ha="center", va="center")
     plt.show()
