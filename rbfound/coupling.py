@@ -1,6 +1,6 @@
 """The rotor through its bearings on its foundation: one machine (equation 65)."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,6 +54,36 @@ class Machine:
         return 4 * self.mesh.node(z) + "xy".index(direction)
 
 
+def couple(above: Foundation, bearings: Sequence[Bearing], below: Foundation | None = None) -> System:
+    """Two bodies known by their seats, tied by bearings; the coordinates of `above` first, of `below` behind.
+
+    Parameters
+    ----------
+    above, below : Foundation
+        Any reduced bodies, a rotor that stands still among them; None below is rigid ground.
+    bearings : one for each pair of seats x, y, in their order; none leaves the bodies untied
+    """
+    bodies = [above] if below is None else [above, below]
+    for body in bodies if bearings else []:
+        if len(body.labels) != 2 * len(bearings):
+            raise ValueError(
+                f"{len(bearings)} bearings need {2 * len(bearings)} seats on either side, x and y for each: "
+                f"one side has {len(body.labels)} ({', '.join(body.labels)})."
+            )
+    M, C, K = (linalg.block_diag(*(getattr(body, name) for body in bodies)) for name in "MCK")
+    for k, bearing in enumerate(bearings):
+        rows = slice(2 * k, 2 * k + 2)
+        _tie(C, K, above.B[rows], bearing, None if below is None else below.B[rows])
+    return System(M, C, K)
+
+
+def _tie(C: Array, K: Array, journal: Array, bearing: Bearing, seat: Array | None) -> None:
+    """Add a bearing to C and K: it feels the journal's displacement, (2, n) rows, minus its seat's, (2, q)."""
+    relative = journal if seat is None else np.hstack([journal, -seat])
+    K += relative.T @ bearing.K @ relative
+    C += relative.T @ bearing.C @ relative
+
+
 def mount(rotor: Rotor, bearings: Mapping[float, Bearing], on: Foundation | None = None) -> Machine:
     """Put a rotor through its bearings on a foundation.
 
@@ -85,12 +115,8 @@ def mount(rotor: Rotor, bearings: Mapping[float, Bearing], on: Foundation | None
     M, C, K = (linalg.block_diag(a, b) for a, b in zip((mesh.M, np.zeros((n, n)), mesh.K), matrices, strict=True))
     G = linalg.block_diag(mesh.G, np.zeros((q, q)))
     for k, z in enumerate(places):
-        # the bearing feels the shaft's displacement minus its seat's: row by row (I at the node, -B at the seat)
-        relative = np.zeros((2, n + q))
+        journal = np.zeros((2, n))
         first = 4 * mesh.node(z)
-        relative[[0, 1], [first, first + 1]] = 1.0
-        if on is not None:
-            relative[:, n:] = -on.B[2 * k : 2 * k + 2]
-        K += relative.T @ bearings[z].K @ relative
-        C += relative.T @ bearings[z].C @ relative
+        journal[[0, 1], [first, first + 1]] = 1.0
+        _tie(C, K, journal, bearings[z], None if on is None else on.B[2 * k : 2 * k + 2])
     return Machine(M, C, K, G, mesh, {z: bearings[z] for z in places}, on)

@@ -34,6 +34,8 @@ class Shaft:
     diameter : their outer diameters [m]
     inner : their inner diameters [m], one for all or one each
     E, rho, nu : Young's modulus [Pa], density [kg/m^3], Poisson's ratio [-] of all segments; steel unless given
+    stiff : outer diameters that carry bending and shear [m]; those of the segments unless given
+        Beside a step the outer fibres of the thicker side carry nothing: see `rbfound.steps`.
     """
 
     length: Sequence[float]
@@ -42,6 +44,7 @@ class Shaft:
     E: float = 2.1e11
     rho: float = 7850.0
     nu: float = 0.3
+    stiff: Sequence[float] | None = None
 
     def __post_init__(self) -> None:
         if len(self.length) == 0 or len(self.length) != len(self.diameter):
@@ -55,7 +58,10 @@ class Shaft:
             raise ValueError(
                 f"{np.size(self.inner)} inner diameters and {len(self.length)} lengths: give one for all or one each."
             )
+        if self.stiff is not None and len(self.stiff) != len(self.length):
+            raise ValueError(f"{len(self.stiff)} stiff diameters and {len(self.length)} lengths: give one each.")
         self.sections()
+        self.stiff_sections()
 
     @property
     def ends(self) -> Array:
@@ -64,10 +70,15 @@ class Shaft:
 
     def sections(self) -> list[Section]:
         """The cross-section of each segment."""
+        return self._sections(self.diameter)
+
+    def stiff_sections(self) -> list[Section]:
+        """What bends of each segment's cross-section."""
+        return self._sections(self.diameter if self.stiff is None else self.stiff)
+
+    def _sections(self, outer: Sequence[float]) -> list[Section]:
         inner = np.broadcast_to(self.inner, len(self.length))
-        return [
-            Section(float(d), float(i), self.E, self.rho, self.nu) for d, i in zip(self.diameter, inner, strict=True)
-        ]
+        return [Section(float(d), float(i), self.E, self.rho, self.nu) for d, i in zip(outer, inner, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -182,14 +193,14 @@ class Mesh:
 def assemble(rotor: Rotor, positions: Iterable[float] = ()) -> Mesh:
     """Matrices of the free rotor, with nodes at the given positions [m] too."""
     z, segment = _nodes(rotor, positions)
-    sections = rotor.shaft.sections()
+    sections, stiff = rotor.shaft.sections(), rotor.shaft.stiff_sections()
     n = 4 * len(z)
     M, K, G = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
     for k, (length, s) in enumerate(zip(np.diff(z), segment, strict=True)):
         beam = element(float(length), sections[s])
         x, y = 4 * k + X_PLANE, 4 * k + Y_PLANE
         signs = np.outer(Y_SIGN, Y_SIGN)
-        for total, part in ((M, beam.M), (K, beam.K)):
+        for total, part in ((M, beam.M), (K, element(float(length), stiff[s]).K)):
             total[np.ix_(x, x)] += part
             total[np.ix_(y, y)] += signs * part
         G[np.ix_(x, y)] += beam.G * Y_SIGN

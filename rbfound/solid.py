@@ -126,7 +126,7 @@ def natural_modes(solid: Solid, count: int, shift: float = 0.0) -> tuple[Array, 
     return _modes(solid, count, shift, _shifted_inverse(solid, shift))
 
 
-def ritz_modes(solid: Solid, modes: int = 16, blocks: int = 3) -> tuple[Array, Array]:
+def ritz_modes(solid: Solid, modes: int = 16, blocks: int = 3, shift: float = 0.0) -> tuple[Array, Array]:
     """Frequencies omega [rad/s] and mass-normalised shapes Phi (n, m) that carry the receptances at the seats.
 
     Ritz's method in the space of the lowest natural modes and of the static answers to forces at the seats, followed
@@ -137,10 +137,11 @@ def ritz_modes(solid: Solid, modes: int = 16, blocks: int = 3) -> tuple[Array, A
     ----------
     modes : natural modes kept
     blocks : terms of the series kept, each with one coordinate for every seat
+    shift : [Hz], below 0 for a body that can move freely; see `natural_modes`
     """
-    solve = _shifted_inverse(solid, 0.0)
+    solve = _shifted_inverse(solid, shift)
     M, K = (_free(solid, A) for A in (solid.M, solid.K))
-    basis = _modes(solid, modes, 0.0, solve)[1][solid.free]
+    basis = _modes(solid, modes, shift, solve)[1][solid.free]
     forces = solid.B[:, solid.free].T
     for _ in range(blocks):
         answer = _orthonormal(solve(forces), M, basis)
@@ -149,7 +150,7 @@ def ritz_modes(solid: Solid, modes: int = 16, blocks: int = 3) -> tuple[Array, A
     squares, Q = linalg.eigh(basis.T @ (K @ basis), basis.T @ (M @ basis))
     Phi = np.zeros((solid.K.shape[0], len(squares)))
     Phi[solid.free] = basis @ Q
-    return np.sqrt(squares), Phi * _sign(solid.B @ Phi)
+    return np.sqrt(np.maximum(squares, 0)), Phi * _sign(solid.B @ Phi)
 
 
 def reduce(solid: Solid, modes: int = 16, blocks: int = 3, zeta: float = 0.02, notes: Sequence[str] = ()) -> Foundation:

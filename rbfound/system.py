@@ -48,7 +48,13 @@ class Modes:
 
     def above(self, frequency: float) -> "Modes":
         """The modes above a frequency [Hz]: without rigid-body and overdamped ones, for instance."""
-        keep = self.frequency > frequency
+        return self._only(self.frequency > frequency)
+
+    def below(self, frequency: float) -> "Modes":
+        """The modes up to a frequency [Hz]."""
+        return self._only(self.frequency <= frequency)
+
+    def _only(self, keep: NDArray[np.bool_]) -> "Modes":
         return Modes(self.poles[keep], self.shapes[:, keep])
 
 

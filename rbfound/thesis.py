@@ -4,11 +4,12 @@ The rotor's geometry is not printed there. `rotor()` is an equivalent one: found
 and c, it gives those of model f too.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rbfound.coupling import Machine, mount
 from rbfound.fitting import equivalent_matrices
@@ -141,24 +142,50 @@ def beside(letter: str, limit: float = 1200.0) -> dict[str, list[Any]]:
     list has no printed frequency: nothing is left out.
     """
     machine = model(letter)
-    modes = machine.at(0.0).modes().above(1.0)
-    inside = modes.frequency <= limit
-    share = machine.foundation_share(modes)[inside]
-    frequency = modes.frequency[inside]
-    # each printed frequency goes to the nearest mode
-    nearest = {int(np.abs(frequency - f).argmin()): f for f in _printed(letter)}
+    modes = machine.at(0.0).modes().above(1.0).below(limit)
+    return compare(printed(letter), modes.frequency, machine.foundation_share(modes))
+
+
+def compare(
+    told: Sequence[float], frequency: ArrayLike, share: ArrayLike, within: float = 0.02
+) -> dict[str, list[Any]]:
+    """Printed frequencies beside computed ones, ascending, as columns for `rbfound.table`.
+
+    Parameters
+    ----------
+    told : printed frequencies [Hz]
+    frequency, share : (m,) computed frequencies [Hz], ascending, and the foundation's part of the kinetic energy
+    within : how far (as a part) a printed frequency may lie from the mode that it is put beside
+        One that finds no mode has a row of its own; so has a mode that no printed frequency is near to.
+    """
+    frequency, share = np.asarray(frequency, dtype=float), np.asarray(share, dtype=float)
+    first = np.flatnonzero(np.diff(frequency, prepend=0.0) > 1e-6 * frequency)
+    twins = np.diff(first, append=len(frequency))
     rows: list[tuple[Any, ...]] = []
-    k = 0
-    while k < len(frequency):
-        twins = 2 if k + 1 < len(frequency) and frequency[k + 1] - frequency[k] < 1e-6 * frequency[k] else 1
-        told = next((nearest[j] for j in range(k, k + twins) if j in nearest), None)
-        error = None if told is None else f"{100 * (frequency[k] / told - 1):+.2f}"
-        rows.append((told, frequency[k], error, twins, "foundation" if share[k] > 0.5 else "shaft"))
-        k += twins
+    left = list(told)
+
+    def apart(value: float) -> float:
+        return float(np.abs(frequency - value).min())
+
+    for k, count in zip(first, twins, strict=True):
+        f = float(frequency[k])
+        near = min(left, key=lambda value: abs(value - f), default=None)
+        # only if no other mode is nearer to it; the twin of a pair is as near
+        if near is not None and (abs(f - near) > within * near or abs(f - near) > apart(near) + 1e-6 * f):
+            near = None
+        if near is not None:
+            left.remove(near)
+        error = None if near is None else f"{100 * (f / near - 1):+.2f}"
+        rows.append((near, f, error, int(count), "foundation" if share[k] > 0.5 else "shaft"))
+    rows += [(value, None, None, None, "") for value in left]
+    rows.sort(key=lambda row: row[1] or row[0])
     names = ("printed [Hz]", "rbfound [Hz]", "error [%]", "modes", "moves most")
     return {name: list(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
 
 
-def _printed(letter: str) -> tuple[float, ...]:
-    """A model's printed frequencies, from the first table that shows them."""
-    return next(columns[letter] for columns in TABLES.values() if letter in columns)
+def printed(letter: str) -> tuple[float, ...]:
+    """A model's printed frequencies [Hz], from the first table that shows them."""
+    for columns in TABLES.values():
+        if letter in columns:
+            return columns[letter]
+    raise ValueError(f"The thesis has no model {letter!r}: the letters are a to l.")

@@ -30,8 +30,11 @@ FLOORS = {
     "files": 4,
     "fitting": 4,
     "solid": 4,
+    "revolved": 5,
+    "steps": 4,
     "thesis": 5,
     "whirl": 5,
+    "full": 6,
     "plots": 6,
     "widgets": 6,
 }
@@ -40,7 +43,7 @@ FLOORS = {
 EXTRAS = {
     "matplotlib": {"plots"},
     "mpl_toolkits": {"plots"},
-    "skfem": {"mesh", "solid"},
+    "skfem": {"mesh", "revolved", "solid"},
     "ipywidgets": {"widgets"},
     "anywidget": {"widgets"},
     "IPython": {"widgets"},
