@@ -18,7 +18,7 @@ unexport PYTHONPATH MPLBACKEND
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
-.PHONY: help book test lab notebooks picture data lint format unit html wheel screenshots clean distclean
+.PHONY: help book test lab notebooks picture data crosscheck lint format unit html wheel screenshots clean distclean
 .NOTPARALLEL:
 
 help: ## list these targets
@@ -43,6 +43,9 @@ picture: $(VENV)/book.stamp ## draw the README's picture again
 
 data: $(VENV)/book.stamp ## compute the foundation's FRFs in data/ again from its solid model
 	$(BIN)/python data/make_foundation.py
+
+crosscheck: $(VENV)/book.stamp ## solve the solid foundation with CalculiX too (needs ccx) and compare
+	$(BIN)/python tools/crosscheck.py
 
 lint: $(VENV)/dev.stamp ## ruff and mypy
 	$(BIN)/ruff check .

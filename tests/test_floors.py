@@ -19,6 +19,7 @@ FLOORS = {
     "mesh": 0,
     "tables": 0,
     "units": 0,
+    "calculix": 1,
     "frf": 1,
     "geometry": 1,
     "sdof": 1,
