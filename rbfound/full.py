@@ -93,6 +93,30 @@ def model(letter: str, foundation: Foundation | None = None, size: float = 0.01,
     return FullMachine(couple(rotor.body, tied, foundation), rotor, foundation)
 
 
+def centre_line(letter: str, count: int, size: float = 0.01) -> tuple[Array, Array, Array]:
+    """How the axis of model g, h or i bends in one plane: z (n,) [m], frequency (count,) [Hz], displacement (n, count).
+
+    Each displacement has the largest size 1, at the instant when it is largest; rigid-body modes are left out.
+    """
+    if letter not in tuple("ghi"):
+        raise ValueError(f"Model {letter!r} has more than a rotor: the letters are g, h, i.")
+    bearings = thesis.bearings()
+    solid = solid_rotor(thesis.rotor(0.0 if letter == "g" else thesis.POINT_MASS), list(bearings), size)
+    omega, Phi = ritz_modes(solid, 12, 3, SHIFT)
+    C, K = np.zeros((len(omega),) * 2), np.diag(omega**2)
+    if letter == "i":
+        for seat, bearing in zip(solid.B @ Phi, bearings.values(), strict=True):
+            C += bearing.cxx * np.outer(seat, seat)
+            K += bearing.kxx * np.outer(seat, seat)
+    modes = System(np.eye(len(omega)), C, K).modes().above(1.0)
+    z, r = solid.mesh.doflocs
+    axis = np.flatnonzero(r < 1e-12)
+    axis = axis[np.argsort(z[axis])]
+    shapes = (Phi[axis] @ modes.shapes)[:, :count]
+    largest = shapes[np.abs(shapes).argmax(axis=0), np.arange(count)]
+    return z[axis], modes.frequency[:count], np.real(shapes / largest)
+
+
 def beside(letter: str, foundation: Foundation | None = None, limit: float = 1200.0) -> dict[str, list[Any]]:
     """The natural frequencies of a full model beside the printed ones; see `rbfound.thesis.compare`."""
     machine = model(letter, foundation)

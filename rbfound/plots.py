@@ -382,3 +382,64 @@ def body(points: NDArray[np.float64], faces: NDArray[np.intp]) -> None:
         ax.plot(*line.T, color=BLACK, lw=1.2)
         ax.text(*text[1], name, ha="center", va="center")
     plt.show()
+
+
+@styled
+def section(points: NDArray[np.float64], quads: NDArray[np.intp]) -> None:
+    """The mesh of half a section: points (2, p), z and r [m], quads (4, q)."""
+    _, ax = plt.subplots(figsize=(7.6, 1.6))
+    rings = np.moveaxis(1e3 * points[:, quads], 0, 2).swapaxes(0, 1)
+    ax.add_collection(PolyCollection(list(rings), facecolors="#dfe8f0", edgecolors=BLACK, linewidths=0.4))
+    ax.axhline(0, color=BLACK, lw=1, ls="-.")
+    ax.set(xlabel="z [mm]", ylabel="r [mm]", aspect="equal")
+    ax.autoscale_view()
+    ax.grid(False)
+    plt.show()
+
+
+@styled
+def centre_lines(lines: Mapping[str, tuple[ArrayLike, ArrayLike, ArrayLike]]) -> None:
+    """How axes bend: a panel for each name, (z [m], frequency [Hz], shapes (n, modes))."""
+    _, axes = plt.subplots(1, len(lines), sharey=True, figsize=(8.4, 2.9), squeeze=False)
+    for ax, (name, (z, frequency, shapes)) in zip(axes[0], lines.items(), strict=True):
+        for f, shape, (color, line) in zip(np.asarray(frequency), np.asarray(shapes).T, LINES, strict=False):
+            ax.plot(z, shape, line, color=color, label=f"{f:.0f} Hz")
+        ax.set(xlabel="z [m]", title=name)
+        ax.legend(fontsize=8, loc="upper center", ncols=2)
+    axes[0, 0].set(ylabel="displacement, relative", ylim=(-1.1, 1.7))
+    plt.show()
+
+
+@styled
+def moved(
+    before: Sequence[float], after: Sequence[float], pairs: Sequence[tuple[float, float]], names: Sequence[str]
+) -> None:
+    """Frequencies [Hz] of two models beside each other, thick and joined where one became another."""
+    _, ax = plt.subplots(figsize=(7.2, 4.2))
+    for column, frequencies in enumerate((before, after)):
+        changed = {pair[column] for pair in pairs}
+        for f in {*frequencies, *changed}:
+            thick = f in changed
+            color, line = (RED, "-") if thick else (BLUE, "-")
+            ax.plot([column - 0.3, column + 0.3], [f, f], line, color=color, lw=2.8 if thick else 1.0)
+    for start, end in pairs:
+        ax.annotate(
+            "", (0.69, end), (0.31, start), arrowprops={"arrowstyle": "->", "color": RED, "lw": 1.2, "ls": "--"}
+        )
+        ax.text(0.5, (start + end) / 2, f"{start:g} → {end:g}", ha="center", fontsize=8.5, backgroundcolor="white")
+    ax.set(ylabel="natural frequency [Hz]", xticks=(0, 1), xticklabels=names, ylim=(-20, None))
+    ax.grid(axis="x", visible=False)
+    plt.show()
+
+
+@styled
+def campbells(diagrams: Mapping[str, Campbell], highest: float | None = None) -> None:
+    """Campbell diagrams side by side."""
+    figure, axes = plt.subplots(1, len(diagrams), sharey=True, figsize=(9.2, 4.4), squeeze=False)
+    for ax, (name, diagram) in zip(axes[0], diagrams.items(), strict=True):
+        campbell_on(ax, diagram, highest, legend=False)
+        ax.set_title(name)
+        ax.label_outer()
+    handles = {label: handle for ax in axes[0] for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+    figure.legend(handles.values(), handles, loc="outside upper center", ncols=5, fontsize=8.5)
+    plt.show()
