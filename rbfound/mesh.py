@@ -107,11 +107,10 @@ def join(blocks: Sequence[Block]) -> tuple[SerendipityMesh, NDArray[np.intp]]:
     return SerendipityMesh(places, t), owner
 
 
-def cuts(places: Sequence[float], divisions: Sequence[int]) -> Array:
-    """Grid lines through the given places, with so many equal steps between each two."""
+def cuts(places: Sequence[float], fractions: Sequence[Array]) -> Array:
+    """Grid lines through the given places; between each two of them at the given fractions from 0 to 1."""
     pieces = [
-        np.linspace(low, high, n, endpoint=False)
-        for low, high, n in zip(places[:-1], places[1:], divisions, strict=True)
+        low + (high - low) * within[:-1] for low, high, within in zip(places[:-1], places[1:], fractions, strict=True)
     ]
     return np.append(np.concatenate(pieces), places[-1])
 
@@ -143,19 +142,6 @@ def ring_in_square(centre: tuple[float, float], inner: float, side: float, turn:
         corner = _turned(along, -out, turn)
         x, y = (inner * d * (1 - v) + c * v for d, c in zip(direction, corner, strict=True))
         return centre[0] + x, centre[1] + y
-
-    return section
-
-
-def taper(top: tuple[float, float, float], bottom: tuple[float, float, float]) -> Section:
-    """A trapezium between two level edges, each given by its centre x, its width and its y.
-
-    u = 0 to 1 goes towards smaller x, v = 0 to 1 downwards.
-    """
-
-    def section(u: Array, v: Array) -> tuple[Array, Array]:
-        x, width, y = (a * (1 - v) + b * v for a, b in zip(top, bottom, strict=True))
-        return x + width * (0.5 - u), np.broadcast_to(y, u.shape)
 
     return section
 

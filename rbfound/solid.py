@@ -1,36 +1,37 @@
 """The foundation as a three-dimensional elastic body: mesh, modes, receptances at the bearing seats, reduced model.
 
-Two pedestals (foot plate, tapered web, square head with a bore, bearing house) carry a hollow stator between them and
-stand on four clamped bolt pads. Z lies along the shaft, X is horizontal, Y points up from the ground. Needs the extra
+Two pedestals (foot plate, neck, square head with a bore, bearing house) carry a hollow stator between them and stand
+on the elastic bed of four pads. Z lies along the shaft, X is horizontal, Y points up from the ground. Needs the extra
 rbfound[solid] (scikit-fem); `import rbfound` does not load this module.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from time import perf_counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg, sparse
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
-from skfem import Basis, BilinearForm, ElementHex0, ElementHexS2, FacetBasis, LinearForm
-from skfem.helpers import dot, grad
 
+from rbfound.assembly import FULL, REDUCED, bed_stiffness, mass, mean_motion, stiffness
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF
-from rbfound.geometry import FoundationGeometry, foundation_blocks
+from rbfound.geometry import COARSE, ON_IT, WORKING, FoundationGeometry, Grid, foundation_blocks
 from rbfound.mesh import Block, SerendipityMesh, join
-from rbfound.units import radians
+from rbfound.units import hertz, radians
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Places = Callable[[Array], NDArray[np.bool_]]
+Under = tuple[Places, tuple[float, float, float]]
 
 GEOMETRY = FoundationGeometry()
 
-# Products of strains are integrated by 2 x 2 x 2 points (fewer than exact: the exact brick is too stiff in bending),
-# products of displacements by 3 x 3 x 3 (2 x 2 x 2 would leave some displacements without mass).
-STIFFNESS_ORDER, MASS_ORDER = 3, 5
+# A rigid motion whose largest force is below this share of the largest stiffness is free: the rest is rounding.
+FORCELESS = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +71,13 @@ class Solid:
         )
 
 
-def elastic_solid(blocks: Sequence[Block], fixed: Places | None = None, bores: Sequence[Places] = ()) -> Solid:
+def elastic_solid(
+    blocks: Sequence[Block],
+    fixed: Places | None = None,
+    bores: Sequence[Places] = (),
+    bed: Under | None = None,
+    full: bool = False,
+) -> Solid:
     """Mass and stiffness of a body of 20-node bricks, and the mean motion of its bores.
 
     Parameters
@@ -80,6 +87,8 @@ def elastic_solid(blocks: Sequence[Block], fixed: Places | None = None, bores: S
     bores : such functions, one for each bearing: which nodes lie on its seat
         The seats x1, y1, x2, y2, ... are the area-weighted means of the displacement over these surfaces, so a
         force on a seat is spread evenly over the whole bore.
+    bed : such a function, and the stiffness per area along x, y and z [N/m^3] that ties these faces to the ground
+    full : integrate the stiffness by 3 x 3 x 3 points in each brick instead of 2 x 2 x 2
 
     Notes
     -----
@@ -91,24 +100,77 @@ def elastic_solid(blocks: Sequence[Block], fixed: Places | None = None, bores: S
     first, second = np.array([material.lame for material in materials])[owner].T
     rho = np.array([material.rho for material in materials])[owner]
     held = np.zeros(mesh.doflocs.shape[1], bool) if fixed is None else fixed(mesh.doflocs)
-    rows = [row for bore in bores for row in _mean_motion(mesh, bore)]
+    rows = [row for bore in bores for row in mean_motion(mesh, bore)]
+    K = stiffness(mesh, first, second, FULL if full else REDUCED)
     return Solid(
         mesh,
-        _mass(mesh, rho),
-        _stiffness(mesh, first, second),
+        mass(mesh, rho),
+        K if bed is None else sparse.csc_array(K + bed_stiffness(mesh, *bed)),
         np.array(rows).reshape(-1, 3 * len(held)),
         tuple(f"{axis}{k + 1}" for k in range(len(bores)) for axis in "xy"),
         np.flatnonzero(np.tile(~held, 3)),
     )
 
 
-def foundation_solid(geometry: FoundationGeometry = GEOMETRY, refinement: int = 1) -> Solid:
-    """The foundation on its clamped pads, with the seats x1, y1, x2, y2."""
+def foundation_solid(
+    geometry: FoundationGeometry = GEOMETRY, refinement: int = 1, grid: Grid = WORKING, full: bool = False
+) -> Solid:
+    """The foundation on its bed, or clamped where the geometry has none, with the seats x1, y1, x2, y2.
+
+    Parameters
+    ----------
+    refinement, grid : the mesh, as in `rbfound.geometry.foundation_blocks`
+    full : as in `elastic_solid`
+    """
     return elastic_solid(
-        foundation_blocks(geometry, refinement),
-        geometry.on_pads,
+        foundation_blocks(geometry, refinement, grid),
+        geometry.on_pads if geometry.bed is None else None,
         [partial(geometry.on_bore, seat=seat) for seat in (1, 2)],
+        bed_of(geometry),
+        full,
     )
+
+
+def bed_of(geometry: FoundationGeometry) -> Under | None:
+    """The bed of a foundation as `elastic_solid` takes it."""
+    bed = geometry.bed
+    return None if bed is None else (geometry.on_pads, (bed.tangential, bed.normal, bed.tangential))
+
+
+def mirror_halves(
+    geometry: FoundationGeometry = GEOMETRY, refinement: int = 1, grid: Grid = WORKING
+) -> tuple[Solid, Solid]:
+    """The foundation on its bed cut in its plane of symmetry: two bodies whose frequencies together are the whole's.
+
+    In the first the cut moves within its plane, in the second across it. Each has half the coordinates, so a fine mesh
+    costs much less than the whole. They have no seats.
+    """
+    half = elastic_solid(foundation_blocks(geometry, refinement, grid, half=True), bed=bed_of(geometry))
+    cut = np.abs(half.mesh.doflocs[2] - geometry.middle) <= ON_IT
+    off = np.zeros_like(cut)
+    held = (off, off, cut), (cut, cut, off)
+    first, second = (replace(half, free=np.flatnonzero(~np.concatenate(these))) for these in held)
+    return first, second
+
+
+def mesh_study(geometry: FoundationGeometry = GEOMETRY, count: int = 9) -> dict[str, list[Any]]:
+    """Natural frequencies against mesh and integration: columns for `rbfound.table`, one row for each mesh.
+
+    The coarse grid and the working grid, each with the stiffness integrated by 2 x 2 x 2 and by 3 x 3 x 3 points: its
+    coordinates, its longest edge [mm], the lowest frequencies [Hz], and the seconds from drawing to modes.
+    """
+    rows: list[list[Any]] = []
+    for name, grid in (("coarse", COARSE), ("working", WORKING)):
+        for points, full in (("2 x 2 x 2", False), ("3 x 3 x 3", True)):
+            start = perf_counter()
+            solid = foundation_solid(geometry, grid=grid, full=full)
+            frequency = hertz(natural_modes(solid, count)[0])
+            seconds = perf_counter() - start
+            size, edge = solid.K.shape[0], 1e3 * float(solid.mesh.param())
+            rows.append([name, points, size, edge, *frequency, seconds])
+    frequencies = [f"f{k + 1} [Hz]" for k in range(count)]
+    names = ["mesh", "points", "coordinates", "longest edge [mm]", *frequencies, "time [s]"]
+    return {name: [row[k] for row in rows] for k, name in enumerate(names)}
 
 
 def natural_modes(solid: Solid, count: int, shift: float = 0.0) -> tuple[Array, Array]:
@@ -203,56 +265,6 @@ def surface(solid: Solid) -> tuple[Array, Indices]:
     return mesh.doflocs.T.copy(), np.stack([corners, sides], axis=1).reshape(8, -1).T
 
 
-def _stiffness(mesh: SerendipityMesh, first: Array, second: Array) -> sparse.csc_array:
-    """K from lambda and mu [Pa] of every element: its nine blocks xx, xy, ..., of which three are transposes."""
-    basis = Basis(mesh, ElementHexS2(), intorder=STIFFNESS_ORDER)
-    cell = basis.with_element(ElementHex0())
-    given = {"lame": cell.interpolate(first), "mu": cell.interpolate(second)}
-    rows: list[list[sparse.csr_array]] = []
-    for i in range(3):
-        row = []
-        for j in range(i + 1):
-
-            @BilinearForm
-            def work(u, v, w, i=i, j=j):  # type: ignore[no-untyped-def]
-                shear = w["mu"] * (v.grad[j] * u.grad[i] + (i == j) * dot(grad(v), grad(u)))
-                return w["lame"] * v.grad[i] * u.grad[j] + shear
-
-            row.append(sparse.csr_array(work.assemble(basis, **given)))
-        rows.append(row)
-    full = [[rows[i][j] if j <= i else rows[j][i].T for j in range(3)] for i in range(3)]
-    return sparse.csc_array(sparse.block_array(full))
-
-
-def _mass(mesh: SerendipityMesh, rho: Array) -> sparse.csc_array:
-    basis = Basis(mesh, ElementHexS2(), intorder=MASS_ORDER)
-
-    @BilinearForm
-    def inertia(u, v, w):  # type: ignore[no-untyped-def]
-        return w["rho"] * u * v
-
-    one = sparse.csr_array(inertia.assemble(basis, rho=basis.with_element(ElementHex0()).interpolate(rho)))
-    return sparse.csc_array(sparse.block_diag([one] * 3))
-
-
-def _mean_motion(mesh: SerendipityMesh, bore: Places) -> list[Array]:
-    """Rows (3 nodes,) that average the displacement along x and along y over a surface."""
-    on = bore(mesh.p[:, : mesh.nvertices])
-    skin = mesh.boundary_facets()
-    facets = skin[on[mesh.facets[:, skin]].all(axis=0)]
-    if not len(facets):
-        raise ValueError("A bore has no face on the surface of the mesh: all four corners of one must lie on it.")
-
-    @LinearForm
-    def value(v, _):  # type: ignore[no-untyped-def]
-        return v
-
-    share = value.assemble(FacetBasis(mesh, ElementHexS2(), facets=facets, intorder=MASS_ORDER))
-    share = share / share.sum()
-    none = np.zeros_like(share)
-    return [np.concatenate([share, none, none]), np.concatenate([none, share, none])]
-
-
 def _free(solid: Solid, A: sparse.csc_array) -> sparse.csc_array:
     return A[solid.free][:, solid.free].tocsc()
 
@@ -269,10 +281,18 @@ def _factor(A: sparse.csc_array, pivot_threshold: float = 0.0) -> Callable[[Arra
 
 
 def _shifted_inverse(solid: Solid, shift: float) -> Callable[[Array], Array]:
-    if shift >= 0 and len(solid.free) == solid.K.shape[0]:
-        raise ValueError(f"Nothing is fixed, and the shift is {shift:g} Hz: a free body needs one below 0 Hz.")
+    if shift >= 0 and _loose(solid):
+        raise ValueError(f"Nothing holds the body, and the shift is {shift:g} Hz: a free body needs one below 0 Hz.")
     M, K = (_free(solid, A) for A in (solid.M, solid.K))
     return _factor((K - _square(shift) * M).tocsc(), 0.1 if shift > 0 else 0.0)
+
+
+def _loose(solid: Solid) -> bool:
+    """Whether some rigid translation costs no force: nothing is fixed, and no bed holds the body."""
+    nodes = solid.mesh.doflocs.shape[1]
+    along = np.kron(np.eye(solid.K.shape[0] // nodes), np.ones((nodes, 1)))
+    force = np.abs(solid.K @ along).max(axis=0)
+    return len(solid.free) == solid.K.shape[0] and bool(force.min() <= FORCELESS * np.abs(solid.K.diagonal()).max())
 
 
 def _square(shift: float) -> float:

@@ -19,6 +19,7 @@ FLOORS = {
     "mesh": 0,
     "tables": 0,
     "units": 0,
+    "assembly": 1,
     "calculix": 1,
     "frf": 1,
     "geometry": 1,
@@ -44,7 +45,7 @@ FLOORS = {
 EXTRAS = {
     "matplotlib": {"plots"},
     "mpl_toolkits": {"plots"},
-    "skfem": {"mesh", "revolved", "solid"},
+    "skfem": {"assembly", "mesh", "revolved"},
     "ipywidgets": {"widgets"},
     "anywidget": {"widgets"},
     "IPython": {"widgets"},

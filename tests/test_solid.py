@@ -12,19 +12,23 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from scipy.sparse.linalg import splu
 
 import rbfound as rb
 from rbfound.thesis import FOUNDATION as ANSYS
 
 pytest.importorskip("skfem", reason="the solid model needs scikit-fem: pip install 'rbfound[solid]'")
 
-from rbfound.geometry import FoundationGeometry, foundation_blocks
+from rbfound.geometry import COARSE, WORKING, Bed, FoundationGeometry, Grid, foundation_blocks
 from rbfound.mesh import STEEL, Material, brick, join
 from rbfound.solid import (
     Solid,
+    bed_of,
     direct_receptance,
     elastic_solid,
     foundation_solid,
+    mesh_study,
+    mirror_halves,
     natural_modes,
     reduce,
     ritz_modes,
@@ -43,6 +47,11 @@ def solid() -> Solid:
 @pytest.fixture(scope="module")
 def modes(solid: Solid) -> tuple[np.ndarray, np.ndarray]:
     return natural_modes(solid, 9)
+
+
+@pytest.fixture(scope="module")
+def halves() -> np.ndarray:
+    return frequencies_of_halves(WORKING)
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +75,11 @@ def script() -> ModuleType:
     return module
 
 
+def frequencies_of_halves(grid: Grid) -> np.ndarray:
+    """The six lowest natural frequencies [Hz] of each of the foundation's two halves."""
+    return np.array([rb.hertz(natural_modes(half, 6)[0]) for half in mirror_halves(grid=grid)])
+
+
 def rigid_motions(places: np.ndarray) -> np.ndarray:
     """Three translations and three rotations about the axes, (3 nodes, 6)."""
     shift = [np.repeat(np.eye(3)[k], places.shape[1]) for k in range(3)]
@@ -74,7 +88,7 @@ def rigid_motions(places: np.ndarray) -> np.ndarray:
 
 
 def test_the_whole_body_has_six_zero_frequencies_before_it_is_fixed() -> None:
-    free = elastic_solid(foundation_blocks(FoundationGeometry()))
+    free = elastic_solid(foundation_blocks(FoundationGeometry(), grid=COARSE))
     omega, Phi = natural_modes(free, 8, shift=-100.0)
     # the square root of what rounding leaves of a zero eigenvalue
     assert (omega[:6] < 1e-4 * omega[6]).all()
@@ -124,24 +138,96 @@ def test_mode_1_moves_both_seats_along_x_and_the_344_hz_mode_along_y(solid: Soli
     assert max(abs(x1[2]), abs(x2[2])) < 0.25 * abs(y1[2])
 
 
-def test_the_nine_shapes_are_orthonormal_to_the_mass_and_rest_on_the_pads(solid: Solid, modes: tuple) -> None:
+def test_the_nine_shapes_are_orthonormal_to_the_mass(solid: Solid, modes: tuple) -> None:
     omega, Phi = modes
     np.testing.assert_allclose(Phi.T @ (solid.M @ Phi), np.eye(9), atol=1e-9)
     np.testing.assert_allclose(Phi.T @ (solid.K @ Phi) / omega**2, np.eye(9), atol=1e-7)
-    fixed = np.setdiff1d(np.arange(len(Phi)), solid.free)
-    assert len(fixed) > 0
-    assert not Phi[fixed].any()
+
+
+def test_clamped_pads_stay_where_they_are() -> None:
+    clamped = foundation_solid(FoundationGeometry(bed=None), grid=COARSE)
+    held = np.setdiff1d(np.arange(clamped.K.shape[0]), clamped.free)
+    assert np.isin(held % clamped.mesh.doflocs.shape[1], pad_nodes(clamped)).all()
+    assert len(held) == 3 * len(pad_nodes(clamped)) > 0
+    assert not natural_modes(clamped, 1)[1][held].any()
+
+
+def pad_nodes(solid: Solid) -> np.ndarray:
+    return np.flatnonzero(FoundationGeometry().on_pads(solid.mesh.doflocs))
+
+
+def test_a_bed_that_stiffens_ends_at_the_clamped_frequencies() -> None:
+    clamped = natural_modes(foundation_solid(FoundationGeometry(bed=None), grid=COARSE), 3)[0]
+    below = [
+        natural_modes(foundation_solid(FoundationGeometry(bed=Bed(k, k)), grid=COARSE), 3)[0] / clamped
+        for k in (1e12, 1e14, 1e17)
+    ]
+    # a bed only gives way: from below, the stiffer the nearer; at 1e17 N/m^3 it is a thousandth as soft as the steel
+    assert (below[0] < below[1]).all()
+    assert (below[1] < below[2]).all()
+    assert below[2].max() < 1 + 1e-9
+    assert below[2].min() > 1 - 1e-3
+
+
+def test_the_bed_carries_the_weight_and_no_more(solid: Solid) -> None:
+    g = FoundationGeometry()
+    loose = elastic_solid(foundation_blocks(g, grid=COARSE))
+    bed = elastic_solid(foundation_blocks(g, grid=COARSE), bed=bed_of(g)).K - loose.K
+    motions = rigid_motions(loose.mesh.doflocs)
+    weight = loose.M @ motions[:, 1]
+    u = splu((loose.K + bed).tocsc()).solve(weight)
+    # sums of forces and of moments, against the size of what is summed
+    balance = motions.T @ (bed @ u - weight)
+    assert np.abs(balance).max() < 1e-8 * weight.sum()
+    # a rigid shift presses on the area of four pads
+    area = 4 * (2 * g.pad_half_size) ** 2
+    forces = np.diag(motions[:, :3].T @ (bed @ motions[:, :3]))
+    assert g.bed is not None
+    np.testing.assert_allclose(forces, area * np.array([g.bed.tangential, g.bed.normal, g.bed.tangential]), rtol=1e-9)
+
+
+def test_the_two_halves_of_the_body_have_the_frequencies_of_the_whole(modes: tuple, halves: np.ndarray) -> None:
+    np.testing.assert_allclose(np.sort(halves.ravel())[:9], rb.hertz(modes[0]), rtol=1e-6)
+
+
+@pytest.mark.slow
+def test_a_mesh_with_every_edge_halved_moves_no_frequency_by_half_a_percent(halves: np.ndarray) -> None:
+    """One family of lines after the other, as all at once take minutes.
+
+    Across the width, up the height and outwards from the shaft, along the shaft. The changes add up to more than all
+    at once make (data/README.md): hence the limit of 0.7 % for their sum.
+    """
+    families = (
+        ("neck_side", "neck", "beside_neck", "pad", "beside_pad"),
+        ("house", "plate", "wall", "margin", "neck_height", "foot"),
+        ("web", "beside_web", "foot_end", "house_out", "stator"),
+    )
+    moved = np.zeros_like(halves)
+    for names in families:
+        moved += np.abs(frequencies_of_halves(WORKING.halved(*names)) / halves - 1)
+    assert moved[np.argsort(halves.ravel())[:9] // 6, np.argsort(halves.ravel())[:9] % 6].max() < 7e-3
+
+
+def test_the_mesh_study_has_a_row_for_each_mesh_and_rule(modes: tuple) -> None:
+    study = mesh_study(count=2)
+    assert study["mesh"] == ["coarse", "coarse", "working", "working"]
+    assert study["coordinates"][0] == study["coordinates"][1] < study["coordinates"][2] / 2
+    assert study["f1 [Hz]"][2] == pytest.approx(float(rb.hertz(modes[0][0])), rel=1e-9)
+    # the fully integrated brick is the stiffer one, and the finer mesh brings the two together
+    apart = [study["f1 [Hz]"][k + 1] / study["f1 [Hz]"][k] - 1 for k in (0, 2)]
+    assert apart[0] > apart[1] > 0
+    assert min(study["time [s]"]) > 0
 
 
 def test_the_mesh_weighs_what_the_drawing_weighs(solid: Solid) -> None:
     g = FoundationGeometry()
     bore, house, inner, outer = (np.pi * r**2 for r in (g.bore_radius, g.house_radius, g.stator_inner, g.stator_outer))
-    neck = (g.head_width + g.neck_width) / 2 * (g.shaft_height - g.head_width / 2 - g.foot_thickness)
-    webs = (g.head_width**2 - bore + neck) * (g.web_1 + g.web_2)
+    neck = g.neck_width * (g.shaft_height - g.head_width / 2 - g.foot_thickness)
+    webs = 2 * (g.head_width**2 - bore + neck) * g.web
     feet = 2 * (2 * g.foot_half_width) * (2 * g.foot_half_length) * g.foot_thickness
     houses = 2 * (house - bore) * g.house_length
     mass = g.pedestal.rho * (webs + feet + houses) + g.stator.rho * (outer - inner) * g.stator_length
-    # the arcs are parabolas: over 15 degrees their radius is right to 1e-5, a thin ring's thickness to 1e-4
+    # the arcs are parabolas: over 22.5 degrees their radius is right to 1e-4
     assert solid.mass == pytest.approx(mass, rel=1e-4)
 
 
@@ -154,9 +240,11 @@ def test_a_seat_follows_rigid_motions_of_its_bore(solid: Solid) -> None:
     tilt = np.concatenate([z, zero, -x])
     np.testing.assert_allclose(solid.B @ shift_x, [1, 0, 1, 0], atol=1e-12)
     np.testing.assert_allclose(solid.B @ shift_y, [0, 1, 0, 1], atol=1e-12)
-    np.testing.assert_allclose(solid.B @ spin, 0, atol=1e-9)
+    # parabolas of unequal length stand for the circle: its centre is right to 1e-5 of the radius
+    np.testing.assert_allclose(solid.B @ spin, 0, atol=1e-5 * g.bore_radius)
     # bearing house and web share the bore
-    middle = np.array([g.web_1 - g.house_length, 2 * g.web_1 + 2 * g.stator_length + g.web_2 + g.house_length]) / 2
+    first = (g.web - g.house_length) / 2
+    middle = [first, 2 * g.middle - first]
     np.testing.assert_allclose(solid.B @ tilt, [middle[0], 0, middle[1], 0], atol=1e-9)
 
 
@@ -188,10 +276,10 @@ def test_the_lowest_coordinates_of_the_reduced_model_are_the_natural_modes(
     np.testing.assert_allclose(foundation.modes().damping, 0.02, rtol=1e-6)
 
 
-def test_mesh_to_receptances_takes_less_than_ten_seconds() -> None:
+def test_mesh_to_receptances_takes_less_than_twenty_seconds() -> None:
     start = time.thread_time()
     reduce(foundation_solid()).frf(np.arange(0.5, 1000.5, 0.5))
-    assert time.thread_time() - start < 10
+    assert time.thread_time() - start < 20
 
 
 def test_the_committed_data_are_what_the_solid_gives(script: ModuleType, foundation: rb.Foundation) -> None:
@@ -219,8 +307,8 @@ def test_the_skin_is_closed_and_has_its_midside_nodes_halfway(solid: Solid) -> N
     ring = points[faces]
     halfway = (ring[:, ::2] + np.roll(ring[:, ::2], -1, axis=1)) / 2
     chord = np.linalg.norm(ring[:, ::2] - np.roll(ring[:, ::2], -1, axis=1), axis=2)
-    # on an arc of 15 degrees the middle stands 3.3 % of the chord beside it
-    assert (np.linalg.norm(ring[:, 1::2] - halfway, axis=2) < 0.034 * chord).all()
+    # on an arc of 27 degrees, the longest, the middle stands 5.9 % of the chord beside it
+    assert (np.linalg.norm(ring[:, 1::2] - halfway, axis=2) < 0.06 * chord).all()
 
 
 def test_blocks_that_share_a_face_share_its_nodes() -> None:
@@ -233,15 +321,20 @@ def test_blocks_that_share_a_face_share_its_nodes() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"web_1": -0.02}, r"web_1 = -0\.02 m: it must be positive"),
-        ({"house_radius": 0.3}, r"house_radius = 0\.3 m must be smaller than stator_inner = 0\.2131"),
+        ({"web": -0.02}, r"web = -0\.02 m: it must be positive"),
+        ({"house_radius": 0.3}, r"house_radius = 0\.3 m must be smaller than stator_inner = 0\.1392"),
         ({"shaft_height": 0.2}, r"foot_thickness .* must be smaller than shaft_height - head_width / 2"),
-        ({"pad_place": 0.25}, r"pad_place \+ pad_half_size = .* must be smaller than foot_half_width"),
+        ({"pad_place": 0.3}, r"pad_place \+ pad_half_size = .* must be smaller than foot_half_width"),
     ],
 )
 def test_a_drawing_that_cannot_be_built_is_refused_with_its_numbers(change: dict, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         FoundationGeometry(**change)
+
+
+def test_a_bed_without_stiffness_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"normal = 0 N/m\^3: it must be positive"):
+        Bed(normal=0.0)
 
 
 def test_a_material_that_cannot_exist_is_refused() -> None:
