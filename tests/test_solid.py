@@ -23,7 +23,7 @@ from rbfound.geometry import COARSE, WORKING, Bed, FoundationGeometry, Grid, fou
 from rbfound.mesh import STEEL, Material, brick, join
 from rbfound.solid import (
     Solid,
-    bed_of,
+    beds_of,
     direct_receptance,
     elastic_solid,
     foundation_solid,
@@ -172,7 +172,7 @@ def test_a_bed_that_stiffens_ends_at_the_clamped_frequencies() -> None:
 def test_the_bed_carries_the_weight_and_no_more(solid: Solid) -> None:
     g = FoundationGeometry()
     loose = elastic_solid(foundation_blocks(g, grid=COARSE))
-    bed = elastic_solid(foundation_blocks(g, grid=COARSE), bed=bed_of(g)).K - loose.K
+    bed = elastic_solid(foundation_blocks(g, grid=COARSE), beds=beds_of(g)).K - loose.K
     motions = rigid_motions(loose.mesh.doflocs)
     weight = loose.M @ motions[:, 1]
     u = splu((loose.K + bed).tocsc()).solve(weight)
@@ -186,8 +186,30 @@ def test_the_bed_carries_the_weight_and_no_more(solid: Solid) -> None:
     np.testing.assert_allclose(forces, area * np.array([g.bed.tangential, g.bed.normal, g.bed.tangential]), rtol=1e-9)
 
 
-def test_the_two_halves_of_the_body_have_the_frequencies_of_the_whole(modes: tuple, halves: np.ndarray) -> None:
-    np.testing.assert_allclose(np.sort(halves.ravel())[:9], rb.hertz(modes[0]), rtol=1e-6)
+def test_the_two_halves_of_the_body_have_nearly_the_frequencies_of_the_uneven_whole(
+    modes: tuple, halves: np.ndarray
+) -> None:
+    # the whole stands on beds that differ by 3 % each way; of first order that moves no mode of the even body, but the
+    # pair of the two feet near 1058 Hz parts by a third of that
+    np.testing.assert_allclose(np.sort(halves.ravel())[:8], rb.hertz(modes[0])[:8], rtol=2e-3)
+
+
+def test_two_halves_have_the_frequencies_of_the_whole_on_even_beds() -> None:
+    even = FoundationGeometry(uneven=0.0)
+    whole = rb.hertz(natural_modes(foundation_solid(even, grid=COARSE), 9)[0])
+    halves = np.concatenate([rb.hertz(natural_modes(half, 6)[0]) for half in mirror_halves(even, grid=COARSE)])
+    np.testing.assert_allclose(np.sort(halves)[:9], whole, rtol=1e-6)
+
+
+def test_the_beds_of_the_pedestals_differ_by_what_is_said_and_carry_as_much_together() -> None:
+    even, uneven = (FoundationGeometry(uneven=part) for part in (0.0, 0.2))
+    (first, k1), (second, k2) = beds_of(uneven)
+    assert np.array(k1) / np.array(k2) == pytest.approx(np.full(3, 1.2 / 0.8), rel=1e-12)
+    places = foundation_solid(grid=COARSE).mesh.doflocs
+    np.testing.assert_array_equal(first(places) | second(places), even.on_pads(places))
+    assert not (first(places) & second(places)).any()
+    with pytest.raises(ValueError, match=r"uneven = 1: it must lie between -1 and 1"):
+        FoundationGeometry(uneven=1.0)
 
 
 @pytest.mark.slow
@@ -208,11 +230,10 @@ def test_a_mesh_with_every_edge_halved_moves_no_frequency_by_half_a_percent(halv
     assert moved[np.argsort(halves.ravel())[:9] // 6, np.argsort(halves.ravel())[:9] % 6].max() < 7e-3
 
 
-def test_the_mesh_study_has_a_row_for_each_mesh_and_rule(modes: tuple) -> None:
-    study = mesh_study(count=2)
-    assert study["mesh"] == ["coarse", "coarse", "working", "working"]
-    assert study["coordinates"][0] == study["coordinates"][1] < study["coordinates"][2] / 2
-    assert study["f1 [Hz]"][2] == pytest.approx(float(rb.hertz(modes[0][0])), rel=1e-9)
+def test_the_mesh_study_has_a_row_for_each_mesh_and_rule() -> None:
+    study = mesh_study({"coarse": COARSE, "finer": COARSE.halved("neck", "neck_side", "foot")}, count=2)
+    assert study["mesh"] == ["coarse", "coarse", "finer", "finer"]
+    assert study["coordinates"][0] == study["coordinates"][1] < study["coordinates"][2]
     # the fully integrated brick is the stiffer one, and the finer mesh brings the two together
     apart = [study["f1 [Hz]"][k + 1] / study["f1 [Hz]"][k] - 1 for k in (0, 2)]
     assert apart[0] > apart[1] > 0
@@ -256,15 +277,21 @@ def test_the_sixteen_receptances_are_reciprocal(foundation: rb.Foundation) -> No
 def test_the_reduced_model_is_the_whole_one_within_a_tenth_of_a_percent(
     solid: Solid, foundation: rb.Foundation
 ) -> None:
-    H = foundation.frf(CHECKED).H
-    same = direct_receptance(solid, CHECKED, ritz_modes(solid))
+    # on the coarse mesh at all lines, on the working mesh at one
+    coarse = foundation_solid(grid=COARSE)
+    H = reduce(coarse).frf(CHECKED).H
+    same = direct_receptance(coarse, CHECKED, ritz_modes(coarse))
     assert same.reciprocity() < 1e-8
     assert (np.abs(H - same.H) / np.abs(same.H)).max() < 1e-3
+    one = direct_receptance(solid, CHECKED[6], ritz_modes(solid)).H
+    assert (np.abs(foundation.frf(CHECKED[6:7]).H - one) / np.abs(one)).max() < 1e-3
     # damped in eighty true modes instead, and not above: near an antiresonance the entry itself is small, so each
     # difference is held against the largest entry of its line
-    other = direct_receptance(solid, CHECKED[[2, 7, 8]], natural_modes(solid, 80))
+    other = direct_receptance(coarse, CHECKED[[2, 7, 8]], natural_modes(coarse, 80))
     apart = np.abs(H[[2, 7, 8]] - other.H).max(axis=(1, 2)) / np.abs(other.H).max(axis=(1, 2))
-    assert apart.max() < 1e-3
+    assert apart[:2].max() < 1e-3
+    # at 1000 Hz it matters whether the modes above it are damped: that is a difference of the models, not an error
+    assert apart[2] < 5e-3
 
 
 def test_the_lowest_coordinates_of_the_reduced_model_are_the_natural_modes(
