@@ -28,6 +28,7 @@ FLOORS = {
     "peaks": 2,
     "foundation": 3,
     "rotor": 3,
+    "bodies": 4,
     "coupling": 4,
     "files": 4,
     "fitting": 4,
@@ -39,11 +40,12 @@ FLOORS = {
     "full": 6,
     "plots": 6,
     "widgets": 6,
+    "viewer": 7,
 }
 
 # Packages beyond numpy and scipy, and the modules that may import them: each an extra of its own.
 EXTRAS = {
-    "matplotlib": {"plots"},
+    "matplotlib": {"plots", "viewer"},
     "mpl_toolkits": {"plots"},
     "skfem": {"assembly", "mesh", "revolved"},
     "ipywidgets": {"widgets"},
