@@ -112,7 +112,8 @@ COARSE = Grid(
 class FoundationGeometry:
     """Lengths [m], materials and bed of the foundation. Z lies along the shaft, X is horizontal, Y points up.
 
-    Both pedestals are alike, and the body is its own mirror image in the plane half way along the stator. Pedestal 1
+    Both pedestals are alike, and the body is its own mirror image in the plane half way along the stator; only the
+    beds differ (`uneven`). Pedestal 1
     has its web at z = 0 to `web`, then come the stator and the web of pedestal 2. The shaft runs at x = 0,
     y = `shaft_height`; the ground is y = 0.
 
@@ -131,6 +132,9 @@ class FoundationGeometry:
     stator_inner, stator_outer, stator_length : radii and length of the hollow stator
     pedestal, stator : Material
     bed : Bed under the pads, or None: then the pads are clamped
+    uneven : by which part the bed of pedestal 1 is stiffer, and that of pedestal 2 softer, than `bed`
+        No two pads are grouted alike. With 0 the whole is its own mirror image, and every mode looks the same from
+        both seats: no measured foundation is like that.
 
     Notes
     -----
@@ -158,12 +162,15 @@ class FoundationGeometry:
     pedestal: Material = STEEL
     stator: Material = STEEL
     bed: Bed | None = BED
+    uneven: float = 0.03
 
     def __post_init__(self) -> None:
         for item in fields(self):
             value = getattr(self, item.name)
-            if isinstance(value, float) and item.name != "neck_offset" and not 0 < value < np.inf:
+            if isinstance(value, float) and item.name not in ("neck_offset", "uneven") and not 0 < value < np.inf:
                 raise ValueError(f"{item.name} = {value:g} m: it must be positive and finite.")
+        if not -1 < self.uneven < 1:
+            raise ValueError(f"uneven = {self.uneven:g}: it must lie between -1 and 1.")
         beside = self.neck_width / 2 + abs(self.neck_offset)
         pads = self.pad_place - self.pad_half_size, self.pad_place + self.pad_half_size
         head = self.head_width / 2
@@ -193,13 +200,14 @@ class FoundationGeometry:
         """z of the plane of symmetry [m]."""
         return self.web + self.stator_length / 2
 
-    def on_pads(self, places: Array) -> Flags:
-        """Which of the places (3, n) lie in one of the four squares on the ground."""
+    def on_pads(self, places: Array, pedestal: int | None = None) -> Flags:
+        """Which of the places (3, n) lie in one of the four squares on the ground, or in the two of one pedestal."""
         x, y, z = places
         reach = self.pad_half_size + ON_IT
         # both feet at once: the distance of a place from the plane of symmetry says where it lies on its foot
         along = np.abs(np.abs(z - self.middle) - (self.middle - self.web / 2))
-        return (np.abs(y) <= ON_IT) & (np.abs(np.abs(x) - self.pad_place) <= reach) & (along <= reach)
+        here = True if pedestal is None else (z < self.middle) == (pedestal == 1)
+        return here & (np.abs(y) <= ON_IT) & (np.abs(np.abs(x) - self.pad_place) <= reach) & (along <= reach)
 
     def on_bore(self, places: Array, seat: int) -> Flags:
         """Which of the places (3, n) lie on the bore of seat 1 or 2."""

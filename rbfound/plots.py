@@ -443,3 +443,15 @@ def campbells(diagrams: Mapping[str, Campbell], highest: float | None = None) ->
     handles = {label: handle for ax in axes[0] for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
     figure.legend(handles.values(), handles, loc="outside upper center", ncols=5, fontsize=8.5)
     plt.show()
+
+
+@styled
+def cost(coordinates: ArrayLike, seconds: ArrayLike, apart: ArrayLike, labels: Sequence[str]) -> None:
+    """Seconds over coordinates of some meshes; the labels say which, and how far [%] their frequencies are apart."""
+    _, ax = plt.subplots(figsize=(7.2, 3.2))
+    ax.loglog(coordinates, seconds, "o", color=BLUE, markersize=8)
+    for n, s, away, label in zip(np.asarray(coordinates), np.asarray(seconds), np.asarray(apart), labels, strict=True):
+        ax.annotate(f"{label}: {away:.1f} %", (n, s), (8, 4), textcoords="offset points", fontsize=8.5)
+    ax.set(xlabel="coordinates", ylabel="time [s]")
+    ax.margins(x=0.6, y=0.3)
+    plt.show()

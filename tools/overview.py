@@ -19,7 +19,7 @@ from rbfound import plots
 def main(target: str) -> None:
     """Draw the picture into a file."""
     frf = rb.load_frf(Path(__file__).parent.parent / "data" / "foundation" / "fine")
-    foundation = rb.pmsm(frf, [160, 279, 628, 344])
+    foundation = rb.pmsm(frf, [160, 480, 626, 344])
     rotor, bearings = rb.thesis.rotor(), rb.thesis.bearings()
     machine = rb.mount(rotor, bearings, on=foundation)
     diagram = rb.campbell(machine, rb.from_rpm(np.linspace(0, 30000, 31)))
