@@ -6,7 +6,9 @@ from rbfound.files import load_foundation, load_frf, save_foundation, save_frf
 from rbfound.fitting import PseudoModes, equivalent_matrices, pmsm, pseudo_modes
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF
+from rbfound.modalfit import ModalFit, fit_modes, identify
 from rbfound.peaks import Peaks, mode_indicator, pick_peaks
+from rbfound.polyreference import Stabilisation, stabilisation, stable_poles
 from rbfound.rotor import Bearing, Disk, Rotor, Shaft
 from rbfound.system import Modes, System, mac
 from rbfound.tables import bound, table
@@ -23,17 +25,21 @@ __all__ = [
     "Disk",
     "Foundation",
     "Machine",
+    "ModalFit",
     "Modes",
     "Peaks",
     "PseudoModes",
     "Rotor",
     "Shaft",
+    "Stabilisation",
     "System",
     "bound",
     "campbell",
     "equivalent_matrices",
+    "fit_modes",
     "from_rpm",
     "hertz",
+    "identify",
     "load_foundation",
     "load_frf",
     "mac",
@@ -48,6 +54,8 @@ __all__ = [
     "save_foundation",
     "save_frf",
     "sdof",
+    "stabilisation",
+    "stable_poles",
     "table",
     "thesis",
     "unbalance_response",

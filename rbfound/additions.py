@@ -1,0 +1,142 @@
+"""Where the modes of a fit come from: known poles, pseudo-modes of the remainder, and the mode that is missing."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from rbfound.leastsquares import (
+    Array,
+    Complex,
+    Problem,
+    State,
+    chain,
+    compliance,
+    normal_equations,
+    residuals,
+    scale_of,
+    tangents,
+)
+
+# Where pseudo-modes are tried: parts of the band's lower edge, multiples of its upper edge.
+BELOW = (0.3, 0.7)
+ABOVE = (1.01, 1.03, 1.06, 1.1, 1.15, 1.2, 1.3, 1.45, 1.6, 2.0, 3.0, 5.0, 10.0)
+
+
+def first_modes(problem: Problem, poles: Complex) -> State:
+    """Modes at known poles with the shapes that linear least squares gives them, and one pseudo-mode a seat above.
+
+    Each entry is a real combination of the modes' compliances, of a remainder U + V w^2 of what lies above the band and
+    of one -L / w^2 of what lies below. The largest eigenvector of a mode's symmetric residue is its shape.
+    """
+    own, zeta = np.abs(poles), np.clip(-poles.real / np.abs(poles), 1e-4, 0.3)
+    seats, m = int(problem.rows.max()) + 1, len(poles)
+    low, high = problem.omega[0], problem.omega[-1]
+    w = problem.omega
+    columns = np.vstack([compliance(w, own, zeta), np.ones_like(w), (w / high) ** 2, -((low / w) ** 2)])
+    residue = np.zeros((m + 3, seats, seats))
+    for e, (i, j) in enumerate(zip(problem.rows, problem.columns, strict=True)):
+        A = (columns * problem.weight[e]).view(float).T
+        size = np.linalg.norm(A, axis=0)
+        solved = linalg.lstsq(A / size, (problem.H[e] * problem.weight[e]).view(float))[0] / size
+        residue[:, i, j] = residue[:, j, i] = solved
+    values, vectors = np.linalg.eigh(residue[:m])
+    largest = np.maximum(values[:, -1], 1e-9 * np.abs(values).max(axis=1))
+    inside = State((vectors[:, :, -1] * np.sqrt(largest)[:, None]).T, own, zeta)
+    return inside.joined(_above(residue[m], residue[m + 1] / high**2, high, float(np.median(zeta)) if m else 0.02))
+
+
+def _above(U: Array, V: Array, high: float, zeta: float) -> State:
+    """One pseudo-mode a seat for the remainder U + V w^2: U = sum phi phi' / omega^2, V = sum phi phi' / omega^4.
+
+    Both are diagonal in the eigenvectors of V - lambda U, with lambda = 1 / omega^2; what noise made negative is cut.
+    """
+    values, vectors = np.linalg.eigh(U)
+    values = np.maximum(values, 1e-3 * np.abs(values).max() + np.finfo(float).tiny)
+    half = vectors * np.sqrt(values)
+    inverse = (vectors / np.sqrt(values)).T
+    squared, turn = np.linalg.eigh(inverse @ V @ inverse.T)
+    omega = 1 / np.sqrt(np.clip(squared, (20 * high) ** -2, (1.05 * high) ** -2))
+    return State(half @ turn * omega, omega, np.full(len(omega), zeta))
+
+
+def candidates(low: float, high: float, zeta: float) -> Array:
+    """Frequencies at which a missing mode is looked for [rad/s]: below, in and above a band, as dense as zeta asks."""
+    count = int(np.clip(np.log(high / low) / (2 * zeta), 20, 300))
+    return np.concatenate([low * np.array(BELOW), np.geomspace(low, high, count), high * np.array(ABOVE)])
+
+
+def missing_mode(problem: Problem, state: State, own: Array, zeta: float) -> tuple[State, Array]:
+    """The mode that would lower the cost most at each of several frequencies, all other modes being free to follow.
+
+    Parameters
+    ----------
+    own : (c,) [rad/s]
+        Where it is tried.
+    zeta : damping ratio that it is tried with
+
+    Returns
+    -------
+    State with c modes, one a candidate, and (c,) by how much each would lower the cost (to first order)
+    """
+    N, b, _ = normal_equations(problem, state)
+    scale = scale_of(N)
+    factor = linalg.cholesky(N / scale[:, None] / scale + 1e-9 * np.eye(len(N)), lower=True)
+    size, match, cross = _against(problem, state, own, zeta)
+    # what the present modes can do by themselves is taken out, of the candidates and of the residuals
+    count, entries = size.shape
+    Y = linalg.solve_triangular(factor, (cross / scale).reshape(count * entries, -1).T, lower=True)
+    Y = Y.reshape(-1, count, entries)
+    match = match - np.einsum("pce,p->ce", Y, linalg.solve_triangular(factor, b / scale, lower=True))
+    Phi, gain = np.zeros((len(state.Phi), count)), np.zeros(count)
+    for c in range(count):
+        Phi[:, c], gain[c] = _rank_one(problem, np.diag(size[c]) - Y[:, c].T @ Y[:, c], match[c], size[c])
+    return State(Phi, own, np.full(count, zeta)), gain
+
+
+def _against(problem: Problem, state: State, own: Array, zeta: float) -> tuple[Array, Array, Array]:
+    """Of each candidate and entry: its squared norm, its product with the residuals, and with J, (c, entries, ...)."""
+    seats, m = state.Phi.shape
+    w = problem.omega
+    new, basis, error = compliance(w, own, np.full(len(own), zeta)), tangents(w, state), residuals(problem, state)
+    size, match = np.zeros((len(own), len(error))), np.zeros((len(own), len(error)))
+    cross = np.zeros((len(own), len(error), seats + 2, m))
+    for e, (i, j) in enumerate(zip(problem.rows, problem.columns, strict=True)):
+        old = (basis * problem.weight[e]).reshape(3 * m, -1).view(float)
+        column = (new * problem.weight[e]).view(float)
+        product = (column @ old.T).reshape(-1, 3, m)
+        size[:, e], match[:, e] = (column**2).sum(axis=1), column @ error[e].view(float)
+        for a, p, factor in chain(state, int(i), int(j)):
+            cross[:, e, a] += factor * product[:, p]
+    return size, match, cross.reshape(len(own), len(error), -1)
+
+
+def _rank_one(problem: Problem, Q: Array, match: Array, size: Array) -> tuple[Array, float]:
+    """The shape phi whose phi phi' lowers the cost most, roughly, and by how much: 0 if none does."""
+    seats = int(problem.rows.max()) + 1
+    unit = 1 / np.sqrt(np.maximum(size, np.finfo(float).tiny))
+    free = unit * np.linalg.solve(Q * unit[:, None] * unit + 1e-6 * np.eye(len(Q)), unit * match)
+    residue = np.zeros((seats, seats))
+    residue[problem.rows, problem.columns] = residue[problem.columns, problem.rows] = free
+    # seats are brought to one size, else the one that moves most is all that the eigenvector sees
+    level = size[problem.rows == problem.columns] ** 0.25
+    phi = np.linalg.eigh(residue * level[:, None] * level)[1][:, -1] / level
+    product = phi[problem.rows] * phi[problem.columns]
+    along, norm = product @ match, product @ Q @ product
+    if along <= 0 or norm <= 0:
+        return np.zeros(seats), 0.0
+    return phi * np.sqrt(along / norm), float(along**2 / norm)
+
+
+def decimated(omega: Array, poles: Complex, wanted: int) -> tuple[NDArray[np.intp], Array]:
+    """Fewer lines for a first fit, dense where a pole is sharp: their indices, and for how many each stands."""
+    n = len(omega)
+    if n <= wanted:
+        return np.arange(n), np.ones(n)
+    spacing = np.gradient(omega)
+    reach = np.full(n, np.inf)
+    for pole in poles:
+        reach = np.minimum(reach, np.maximum(np.abs(pole.real), np.abs(omega - abs(pole))) / 5)
+    stride = np.clip(reach / spacing, 1, n / wanted)
+    position = np.floor(np.cumsum(1 / stride))
+    lines = np.flatnonzero(np.diff(position, prepend=-1.0))
+    return lines, stride[lines]

@@ -1,0 +1,244 @@
+"""From sixteen FRFs to a foundation with all its modes, and what is known of each of them.
+
+Poles from the poly-reference method start a fit of real mass-normalised modes to all FRFs at once, whose errors are
+taken relative to each |H|: maximum likelihood when the noise is. What is fitted is reciprocal and passive at every
+frequency, whatever the data are. What lies outside the band is the sum of a few pseudo-modes; only that sum, inside the
+band, has to be right. A mode is added wherever it lowers the misfit by more than noise would.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from rbfound.additions import decimated, first_modes
+from rbfound.foundation import Foundation, modal_foundation
+from rbfound.frf import FRF, SEATS
+from rbfound.leastsquares import (
+    Complex,
+    Problem,
+    State,
+    compliance,
+    noise_of,
+    normal_equations,
+    problem_of,
+    refine,
+    scale_of,
+)
+from rbfound.modesearch import completed, counted, doubtful, inside, pruned, reweighted, variance_of
+from rbfound.polyreference import lines_in, stabilisation, stable_poles
+from rbfound.units import hertz, radians
+
+Array = NDArray[np.float64]
+
+# Lines of the first fit; the most modes that it may add to those the poles give and one a seat; how many the fit of
+# all lines may add to them.
+FEW, MOST, MORE = 400, 12, 4
+
+
+@dataclass(frozen=True, eq=False)
+class ModalFit:
+    """Real modes that were fitted to FRFs, ascending in frequency.
+
+    Attributes
+    ----------
+    Phi : (seats, m) [1/sqrt(kg)]
+    omega : (m,) [rad/s]
+    zeta : (m,) [-]
+    inside : (m,) bool
+        The modes of the band; the others are pseudo-modes that stand for what lies outside it.
+    unsure : (m,) bool
+        Modes of the band that the data hardly determine.
+    covariance : (p, p)
+        Of phi (seats, m) row by row, log omega (m,), log zeta (m,): the noise through the linearised fit.
+    noise : float
+        Standard deviation of the complex error of one FRF, as a part of |H| (relative=False: [m/N]), estimated from its
+        change from line to line.
+    misfit : (outputs, inputs)
+        Root mean square of data - fit of each FRF, in the same unit. What exceeds the noise is an error of the model.
+    band : (lowest, highest) [Hz]
+    labels : names of the seats
+    relative : whether errors are taken relative to |H|
+    """
+
+    Phi: Array
+    omega: Array
+    zeta: Array
+    inside: NDArray[np.bool_]
+    unsure: NDArray[np.bool_]
+    covariance: Array
+    noise: float
+    misfit: Array
+    band: tuple[float, float]
+    labels: tuple[str, ...] = SEATS
+    relative: bool = True
+
+    @property
+    def frequency(self) -> Array:
+        """Undamped natural frequencies [Hz], (m,)."""
+        return np.asarray(hertz(self.omega))
+
+    @property
+    def deviation(self) -> tuple[Array, Array]:
+        """Standard deviations of frequency and of damping, each as a part of its value, (m,) and (m,)."""
+        m = len(self.omega)
+        spread = np.sqrt(np.maximum(np.diag(self.covariance), 0))
+        return spread[-2 * m : -m], spread[-m:]
+
+    def foundation(self) -> Foundation:
+        """The fit as a foundation, with notes on how good it is."""
+        return modal_foundation(self.Phi, self.omega, self.zeta, self.labels, _notes(self))
+
+
+def identify(
+    frf: FRF, *, band: tuple[float, float] | None = None, modes: int | None = None, relative: bool = True
+) -> Foundation:
+    """A foundation from its measured FRFs: all modes of a band, and the sum of those outside it.
+
+    `print(foundation)` says how well it fits, which modes were found in the band, and which of them are unsure.
+    Parameters and errors are those of `fit_modes`, which gives the covariance too.
+    """
+    return fit_modes(frf, band=band, modes=modes, relative=relative).foundation()
+
+
+def fit_modes(
+    frf: FRF, *, band: tuple[float, float] | None = None, modes: int | None = None, relative: bool = True
+) -> ModalFit:
+    """Real modes fitted to all FRFs at once.
+
+    Parameters
+    ----------
+    frf : FRF
+        Its symmetric part is fitted: a foundation is reciprocal.
+    band : (lowest, highest) [Hz]
+        Unless given, all lines but those at 0 Hz.
+    modes : int
+        How many modes the band holds, if you know.
+    relative : bool
+        Whether an FRF's error grows with |H| (a calibration, a finite number of averages) or is the same on all lines
+        and in all FRFs (the noise of a sensor).
+
+    Raises
+    ------
+    ValueError
+        When the band lies outside the data or holds too few lines, `modes` is below 1 or cannot be told apart, or no
+        mode is found.
+    """
+    part, band = lines_in(frf, band)
+    _check(part, band, modes)
+    problem = problem_of(np.asarray(radians(part.frequency)), part.H, relative)
+    poles = _poles(part)
+    edges = float(problem.omega[0]), float(problem.omega[-1])
+    zeta = float(np.clip(np.median(-poles.real / np.abs(poles)), 2e-3, 0.05)) if len(poles) else 0.02
+    coarse = problem.at(*decimated(problem.omega, poles, FEW))
+    state = completed(coarse, problem, first_modes(problem, poles), edges, zeta, MOST)
+    state = completed(problem, problem, state, edges, zeta, MORE)
+    suspects = inside(state, edges) & doubtful(problem, state, *_deviation(problem, state))
+    state = pruned(problem, state, np.flatnonzero(suspects))
+    if modes is not None:
+        state = counted(problem, state, edges, zeta, modes)
+    if relative:
+        problem = reweighted(problem, state)
+    state, _ = refine(problem, state, small=0.1 * variance_of(problem, state), iterations=20)
+    state = state.only(np.argsort(state.omega))
+    if not inside(state, edges).any():
+        raise ValueError(
+            f"No mode was found between {band[0]:g} and {band[1]:g} Hz: the FRFs have no resonance there, or too few "
+            "lines."
+        )
+    return _judged(problem, part, state, edges, band, relative)
+
+
+def _check(part: FRF, band: tuple[float, float], modes: int | None) -> None:
+    seats, lines = len(part.labels), len(part.frequency)
+    if modes is not None and modes < 1:
+        raise ValueError(f"modes is {modes}: a foundation has at least one mode.")
+    # twice as many numbers as parameters of one mode and one pseudo-mode a seat, and of the modes that are asked for
+    least = int(np.ceil(2 * (seats + max(modes or 0, 1)) * (seats + 2) / (seats * (seats + 1))))
+    if lines < least:
+        raise ValueError(
+            f"Only {lines} lines lie between {band[0]:g} and {band[1]:g} Hz: {seats} seats and {modes or 'some'} modes "
+            f"need at least {least}."
+        )
+    if not np.abs(part.H).any():
+        raise ValueError(f"All receptances between {band[0]:g} and {band[1]:g} Hz are zero: nothing moves.")
+
+
+def _poles(part: FRF) -> Complex:
+    """Stable poles, or none: then every mode is looked for in what is left of the data."""
+    try:
+        return stable_poles(stabilisation(part))[0]
+    except ValueError:
+        return np.zeros(0, dtype=complex)
+
+
+def _covariance(problem: Problem, state: State) -> tuple[Array, float]:
+    """Covariance of the parameters, and the standard deviation of a complex weighted residual."""
+    N, _, left = normal_equations(problem, state)
+    # real and imaginary part share the variance
+    variance = left / max(2 * problem.H.size - len(N), 1)
+    scale = scale_of(N)
+    inverse = linalg.pinvh(N / scale[:, None] / scale, rtol=1e-13)
+    return inverse * variance / scale[:, None] / scale, float(np.sqrt(2 * variance))
+
+
+def _deviation(problem: Problem, state: State) -> tuple[Array, float]:
+    covariance, noise = _covariance(problem, state)
+    return np.sqrt(np.maximum(np.diag(covariance), 0)), noise
+
+
+def _judged(
+    problem: Problem, part: FRF, state: State, edges: tuple[float, float], band: tuple[float, float], relative: bool
+) -> ModalFit:
+    """What the fit is worth: covariance, noise, misfit, and which modes the data hardly determine."""
+    covariance, spread = _covariance(problem, state)
+    deviation = np.sqrt(np.maximum(np.diag(covariance), 0))
+    own = inside(state, edges)
+    model = np.einsum(
+        "im,jm,mn->nij", state.Phi, state.Phi, compliance(problem.omega, state.omega, state.zeta), optimize=True
+    )
+    # the weight of one measurement: that of the mean of two is larger
+    one = np.zeros(part.H.shape)
+    both = np.where(problem.rows == problem.columns, 1.0, problem.averaging)[:, None]
+    one[:, problem.rows, problem.columns] = one[:, problem.columns, problem.rows] = (problem.weight / both).T
+    # with the same error everywhere all weights are one number
+    unit = 1.0 if relative else float(one[0, 0, 0])
+    misfit = np.sqrt(np.mean(np.abs((part.H - model) * one) ** 2, axis=0)) / unit
+    noise = noise_of(problem, state) / unit
+    unsure = own & doubtful(problem, state, deviation, spread)
+    return ModalFit(
+        state.Phi, state.omega, state.zeta, own, unsure, covariance, noise, misfit, band, part.labels, relative
+    )
+
+
+def _notes(fit: ModalFit) -> tuple[str, ...]:
+    """How well it did, in sentences."""
+    unit = " of |H|" if fit.relative else " m/N"
+
+    def told(value: float) -> str:
+        return f"{100 * value:.3g} %{unit}" if fit.relative else f"{value:.3g}{unit}"
+
+    worst = np.unravel_index(fit.misfit.argmax(), fit.misfit.shape)
+    frequency, damping = fit.deviation
+    modes = ", ".join(
+        f"{fit.frequency[k]:.5g} Hz {100 * fit.zeta[k]:.3g} %{' (unsure)' if fit.unsure[k] else ''}"
+        for k in np.flatnonzero(fit.inside)
+    )
+    notes = [
+        f"Identified from {fit.band[0]:g} to {fit.band[1]:g} Hz: {fit.inside.sum()} modes in the band, {modes}; "
+        f"{(~fit.inside).sum()} pseudo-modes stand for what lies outside it and mean nothing one by one.",
+        f"Misfit, root mean square over the lines: {told(float(np.sqrt(np.mean(fit.misfit**2))))} over all FRFs, at "
+        f"the worst {told(float(fit.misfit.max()))} (response {fit.labels[worst[0]]}, force {fit.labels[worst[1]]}); "
+        f"the noise is estimated to be {told(fit.noise)}.",
+    ]
+    if fit.misfit.max() > 1.5 * max(fit.noise, 1e-3 * fit.relative):
+        notes.append(
+            "Warning: the misfit is larger than the noise: the data are not those of real modes, or modes are missing."
+        )
+    notes += [
+        f"Warning: the mode at {fit.frequency[k]:.4g} Hz is unsure: its frequency is known to "
+        f"{100 * frequency[k]:.2g} %, its damping to {100 * damping[k]:.2g} % (standard deviations)."
+        for k in np.flatnonzero(fit.unsure)
+    ]
+    return tuple(notes)

@@ -1,0 +1,150 @@
+"""How many modes a fit has: added where one is missing, taken away where noise would do as well."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rbfound.additions import candidates, missing_mode
+from rbfound.leastsquares import (
+    HEAVY,
+    LIGHT,
+    Array,
+    Problem,
+    State,
+    compliance,
+    noise_of,
+    receptances,
+    refine,
+    size_of,
+)
+from rbfound.units import hertz
+
+# A new mode has seats + 2 parameters and about a hundred places to be tried at: by chance the cost falls, in units of
+# the noise's variance, by 20 in less than one fit of a thousand.
+WORTH = 20.0
+
+# Data are taken for no better than this part of |H|: below it, the search for what is missing ends.
+FINEST = 2e-4
+
+# A mode that is damped more is no mode of the band, but a part of the remainder.
+REMAINDER = 0.3
+
+
+def variance_of(problem: Problem, state: State) -> float:
+    """The noise's variance in the units of the cost, at least that of the finest data there are."""
+    scale = float(np.median(problem.weight * size_of(problem.H, problem.rows, problem.columns)))
+    return max(noise_of(problem, state), FINEST * scale) ** 2
+
+
+def completed(
+    problem: Problem, full: Problem, state: State, edges: tuple[float, float], zeta: float, most: int
+) -> State:
+    """Refine and add the mode that is missing, by turns, until noise could do as much.
+
+    Parameters
+    ----------
+    problem, full : the lines to work on, and all of them, which tell the noise
+    edges : (lowest, highest) [rad/s] of the band
+    zeta : damping ratio that a new mode starts with
+    most : modes to add
+    """
+    # a line that stands for others brings its own error only, and that larger
+    worth = WORTH * len(full.omega) / len(problem.omega)
+    tried = candidates(*edges, zeta)
+    within = (tried >= edges[0]) & (tried <= edges[1])
+    state, left = refine(problem, state, small=variance_of(full, state), iterations=30)
+    added = 0
+    while added < most and left > FINEST**2 * problem.H.size:
+        variance = variance_of(full, state)
+        new, gain = missing_mode(problem, state, tried, zeta)
+        # the best one outside the band, and the best one inside if it does more
+        inner, outer = (int(np.where(side, gain, -1.0).argmax()) for side in (within, ~within))
+        chosen = [k for k in (inner, outer) if gain[k] > worth * variance]
+        if inner in chosen and gain[inner] < gain[outer]:
+            chosen.remove(inner)
+        if not chosen:
+            break
+        more, then = refine(problem, state.joined(new.only(np.array(chosen))), small=variance, iterations=30)
+        if left - then < worth * variance:
+            break
+        state, left, added = more, then, added + len(chosen)
+    return state
+
+
+def inside(state: State, edges: tuple[float, float]) -> NDArray[np.bool_]:
+    """Which modes are those of the band, (m,)."""
+    return (state.omega >= edges[0]) & (state.omega <= edges[1]) & (state.zeta < REMAINDER)
+
+
+def doubtful(problem: Problem, state: State, deviation: Array, noise: float) -> NDArray[np.bool_]:
+    """Modes that the data hardly determine, (m,).
+
+    Of which the frequency is known to no better than 0.3 % or the damping to no better than 15 %; that stand nowhere
+    above five times the noise; or whose damping has gone to the end of its range.
+    """
+    m = len(state.omega)
+    known = (deviation[-2 * m : -m] < 0.003) & (deviation[-m:] < 0.15)
+    free = (state.zeta > 1.01 * LIGHT) & (state.zeta < 0.99 * HEAVY)
+    return np.asarray(~known | ~free | (prominence_of(problem, state) < 5 * noise))
+
+
+def prominence_of(problem: Problem, state: State) -> Array:
+    """The largest weighted receptance that each mode alone has on any line, (m,)."""
+    g = np.abs(compliance(problem.omega, state.omega, state.zeta))
+    product = np.abs(state.Phi[problem.rows] * state.Phi[problem.columns])
+    return np.asarray([(problem.weight * product[:, [k]] * g[k]).max() for k in range(len(g))])
+
+
+def pruned(problem: Problem, state: State, suspects: NDArray[np.intp]) -> State:
+    """Without those of the suspects that noise would do as well as."""
+    variance = variance_of(problem, state)
+    left = refine(problem, state, small=variance, iterations=0)[1]
+    gone: list[int] = []
+    for k in suspects:
+        rest = np.setdiff1d(np.arange(len(state.omega)), [*gone, int(k)])
+        # the modes of `state` keep their numbers: what was refined meanwhile is refined again in the end
+        _, then = refine(problem, state.only(rest), small=variance, iterations=12)
+        if then - left < WORTH * variance:
+            gone.append(int(k))
+            left = then
+    if not gone:
+        return state
+    rest = np.setdiff1d(np.arange(len(state.omega)), gone)
+    return refine(problem, state.only(rest), small=0.3 * variance, iterations=20)[0]
+
+
+def counted(problem: Problem, state: State, edges: tuple[float, float], zeta: float, modes: int) -> State:
+    """With a given number of modes inside the band, when the data show fewer: the best candidates come.
+
+    Raises
+    ------
+    ValueError
+        When the data show more, or no candidate is left.
+    """
+    tried = candidates(*edges, zeta)
+    tried = tried[(tried >= edges[0]) & (tried <= edges[1])]
+    for _ in range(modes):
+        own = np.flatnonzero(inside(state, edges))
+        if len(own) >= modes:
+            break
+        new, gain = missing_mode(problem, state, tried, zeta)
+        if gain.max() <= 0:
+            break
+        state = state.joined(new.only(np.array([int(gain.argmax())])))
+        state, _ = refine(problem, state, small=variance_of(problem, state), iterations=20)
+    own = np.flatnonzero(inside(state, edges))
+    if len(own) != modes:
+        found = ", ".join(f"{f:.4g}" for f in np.sort(hertz(state.omega[own])))
+        raise ValueError(
+            f"modes is {modes}, but the data show {len(own)} in the band, at {found} Hz: give that number, or another "
+            "band."
+        )
+    return state
+
+
+def reweighted(problem: Problem, state: State) -> Problem:
+    """|H| of the model in place of the data's: an entry that came out small by chance weighs no more for it."""
+    data = size_of(problem.H, problem.rows, problem.columns)
+    weight = problem.weight * data / size_of(receptances(problem, state), problem.rows, problem.columns)
+    return replace(problem, weight=weight)
