@@ -113,9 +113,8 @@ class FoundationGeometry:
     """Lengths [m], materials and bed of the foundation. Z lies along the shaft, X is horizontal, Y points up.
 
     Both pedestals are alike, and the body is its own mirror image in the plane half way along the stator; only the
-    beds differ (`uneven`). Pedestal 1
-    has its web at z = 0 to `web`, then come the stator and the web of pedestal 2. The shaft runs at x = 0,
-    y = `shaft_height`; the ground is y = 0.
+    beds differ (`uneven`). Pedestal 1 has its web at z = 0 to `web`, then come the stator and the web of pedestal 2.
+    The shaft runs at x = 0, y = `shaft_height`; the ground is y = 0.
 
     Attributes
     ----------

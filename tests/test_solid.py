@@ -213,7 +213,7 @@ def test_the_beds_of_the_pedestals_differ_by_what_is_said_and_carry_as_much_toge
 
 
 @pytest.mark.slow
-def test_a_mesh_with_every_edge_halved_moves_no_frequency_by_half_a_percent(halves: np.ndarray) -> None:
+def test_halving_the_edges_one_direction_after_the_other_moves_little_in_all(halves: np.ndarray) -> None:
     """One family of lines after the other, as all at once take minutes.
 
     Across the width, up the height and outwards from the shaft, along the shaft. The changes add up to more than all
