@@ -451,7 +451,13 @@ def cost(coordinates: ArrayLike, seconds: ArrayLike, apart: ArrayLike, labels: S
     _, ax = plt.subplots(figsize=(7.2, 3.2))
     ax.loglog(coordinates, seconds, "o", color=BLUE, markersize=8)
     for n, s, away, label in zip(np.asarray(coordinates), np.asarray(seconds), np.asarray(apart), labels, strict=True):
-        ax.annotate(f"{label}: {away:.1f} %", (n, s), (8, 4), textcoords="offset points", fontsize=8.5)
+        ax.annotate(
+            f"{label}: {away:.1f} %",
+            (n, s),
+            (9, 6 if "2 x 2" in label else -11),
+            textcoords="offset points",
+            fontsize=8.5,
+        )
     ax.set(xlabel="coordinates", ylabel="time [s]")
     ax.margins(x=0.6, y=0.3)
     plt.show()
