@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rbfound.frf import FRF
-from rbfound.sdof import Peak, half_power, local_maxima
+from rbfound.sdof import RIPPLE, Peak, half_power, local_maxima
 
 Array = NDArray[np.float64]
 
@@ -74,7 +74,7 @@ def pick_peaks(
     if count is not None:
         if not 1 <= count <= len(lines):
             raise ValueError(f"count is {count}: the first mode indicator has {len(lines)} peaks in this band.")
-        prominent = np.argsort(-prominence(np.log(np.maximum(curve, np.finfo(float).tiny)), lines))[:count]
+        prominent = np.argsort(-prominence(_logarithm(curve), lines))[:count]
         found = [half_power(frf.frequency, curve, int(k), interpolate) for k in np.sort(lines[prominent])]
     else:
         found = [nearest_peak(frf.frequency, curve, f, interpolate) for f in sorted(near or ())]
@@ -85,14 +85,22 @@ def nearest_peak(
     frequency: ArrayLike, magnitude: ArrayLike, near: float, interpolate: bool = True, name: str = "the curve"
 ) -> Peak:
     """The peak of a curve that lies nearest to a frequency [Hz], not further than 15 % away."""
-    f = np.asarray(frequency, dtype=float)
-    lines = local_maxima(magnitude)
+    f, curve = np.asarray(frequency, dtype=float), _logarithm(magnitude)
+    lines = local_maxima(curve)
+    # with noise on the lines most maxima are ripples; a peak stands above the valleys beside it
+    standing = lines[prominence(curve, lines) > np.log1p(RIPPLE)]
+    lines = standing if len(standing) else lines
     if not len(lines):
         raise ValueError(f"{name} has no peak between {f[0]:g} and {f[-1]:g} Hz.")
     k = int(lines[np.abs(f[lines] - near).argmin()])
     if not abs(f[k] - near) <= REACH * near:
         raise ValueError(f"{name} has no peak within {REACH:.0%} of {near:g} Hz: the nearest one is at {f[k]:g} Hz.")
     return half_power(f, magnitude, k, interpolate)
+
+
+def _logarithm(curve: ArrayLike) -> Array:
+    """log |H|, far down where there is no response at all."""
+    return np.log(np.maximum(np.asarray(curve, dtype=float), np.finfo(float).tiny))
 
 
 def prominence(curve: ArrayLike, lines: NDArray[np.intp]) -> Array:

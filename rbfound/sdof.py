@@ -12,6 +12,9 @@ from rbfound.units import radians
 
 Array = NDArray[np.float64]
 
+# A rise by less than this part is noise on the lines, more is another peak.
+RIPPLE = 0.05
+
 
 def natural(m: float, c: float, k: float) -> tuple[float, float]:
     """Undamped natural frequency omega [rad/s] and damping ratio zeta [-] of a mass, a damper and a spring."""
@@ -66,7 +69,9 @@ def half_power(frequency: ArrayLike, magnitude: ArrayLike, line: int, interpolat
     the curve of one degree of freedom, 1/|H|^2 = ((k - omega^2 m)^2 + omega^2 c^2). Without, the peak is the line
     itself and |H| runs straight from line to line, as one reads it off a plot.
 
-    A half-power point is nan where the curve rises again, or ends, before it has fallen to 1/sqrt(2).
+    A half-power point is nan where the curve rises again, or ends, before it has fallen to 1/sqrt(2). A rise by less
+    than a twentieth is taken for noise, unless the point then lies more than twice as far away as the other one: a
+    single mode is nearly symmetric.
 
     Parameters
     ----------
@@ -81,12 +86,12 @@ def half_power(frequency: ArrayLike, magnitude: ArrayLike, line: int, interpolat
         raise ValueError(f"Line {line} of {len(f)} is not a local maximum with a line on either side.")
     if not interpolate:
         low, high = (_straight_crossing(f, a, line, step) for step in (-1, 1))
-        return Peak(float(f[line]), float(a[line]), low, high)
+        return _peak(float(f[line]), float(a[line]), low, high)
     # a line without any response (0 Hz in many measured sets) would be infinite
     s, q = np.maximum(a, 1e-6 * a[line]) ** -2.0, f**2
     top, least = _vertex(q[line - 1 : line + 2], s[line - 1 : line + 2])
     low, high = (_resonance_crossing(q, s, line, step, 2 * least) for step in (-1, 1))
-    return Peak(float(np.sqrt(top)), float(least**-0.5), low, high)
+    return _peak(float(np.sqrt(top)), float(least**-0.5), low, high)
 
 
 def local_maxima(magnitude: ArrayLike) -> NDArray[np.intp]:
@@ -95,25 +100,41 @@ def local_maxima(magnitude: ArrayLike) -> NDArray[np.intp]:
     return np.flatnonzero((a[1:-1] > a[:-2]) & (a[1:-1] >= a[2:])) + 1
 
 
-def _straight_crossing(f: Array, a: Array, line: int, step: int) -> float:
-    level = a[line] / np.sqrt(2)
-    inner = line
+def _peak(top: float, height: float, low: tuple[float, bool], high: tuple[float, bool]) -> Peak:
+    """A peak from its half-power points, each with whether the curve rose on the way there."""
+    (below, rose_below), (above, rose_above) = low, high
+    left, right = top - below, above - top
+    if rose_below and not left <= 2 * right:
+        below = float("nan")
+    if rose_above and not right <= 2 * left:
+        above = float("nan")
+    return Peak(top, height, below, above)
+
+
+def _straight_crossing(f: Array, a: Array, line: int, step: int) -> tuple[float, bool]:
+    lowest, level = a[line], a[line] / np.sqrt(2)
+    inner, rose = line, False
     while 0 <= inner + step < len(f):
         outer = inner + step
-        if a[outer] > a[inner]:
+        if a[outer] > (1 + RIPPLE) * lowest:
             break
+        rose = rose or a[outer] > lowest
+        lowest = min(lowest, a[outer])
         if a[outer] <= level:
-            return float(f[inner] + (f[outer] - f[inner]) * (a[inner] - level) / (a[inner] - a[outer]))
+            return float(f[inner] + (f[outer] - f[inner]) * (a[inner] - level) / (a[inner] - a[outer])), rose
         inner = outer
-    return float("nan")
+    return float("nan"), rose
 
 
-def _resonance_crossing(q: Array, s: Array, line: int, step: int, level: float) -> float:
-    inner = line
+def _resonance_crossing(q: Array, s: Array, line: int, step: int, level: float) -> tuple[float, bool]:
+    inner, highest, rose = line, s[line], False
     while 0 <= inner + step < len(q):
         outer = inner + step
-        if s[outer] < s[inner]:
+        # s is 1/|H|^2
+        if s[outer] < highest / (1 + RIPPLE) ** 2:
             break
+        rose = rose or s[outer] < highest
+        highest = max(highest, s[outer])
         if s[outer] >= level:
             three = sorted((inner - step, inner, outer))
             c2, c1, c0 = _parabola(q[three], s[three])
@@ -121,9 +142,9 @@ def _resonance_crossing(q: Array, s: Array, line: int, step: int, level: float) 
                 root = (-c1 + step * np.sqrt(c1**2 - 4 * c2 * (c0 - level))) / (2 * c2)
             else:  # neighbours bend the curve the other way: a straight line between the two
                 root = q[inner] + (q[outer] - q[inner]) * (level - s[inner]) / (s[outer] - s[inner])
-            return float(np.sqrt(root))
+            return float(np.sqrt(root)), rose
         inner = outer
-    return float("nan")
+    return float("nan"), rose
 
 
 def _parabola(x: Array, y: Array) -> tuple[float, float, float]:
