@@ -258,7 +258,7 @@ def test_too_few_lines_no_motion_and_no_modes_are_errors_with_their_numbers():
         rb.identify(frf, band=(100, 101))
     with pytest.raises(ValueError, match="modes is 0: a foundation has at least one mode"):
         rb.identify(frf, modes=0)
-    with pytest.raises(ValueError, match="lies outside the FRFs, which reach from 0.5 to 1000 Hz"):
+    with pytest.raises(ValueError, match=r"lies outside the FRFs, which reach from 0\.5 to 1000 Hz"):
         rb.identify(frf, band=(1200, 1300))
     with pytest.raises(ValueError, match=r"All receptances between 0\.5 and 1000 Hz are zero: nothing moves"):
         rb.identify(rb.FRF(LINES, np.zeros((len(LINES), 4, 4))))
