@@ -222,7 +222,7 @@ def _notes(fit: ModalFit) -> tuple[str, ...]:
     worst = np.unravel_index(fit.misfit.argmax(), fit.misfit.shape)
     frequency, damping = fit.deviation
     modes = ", ".join(
-        f"{fit.frequency[k]:.5g} Hz {100 * fit.zeta[k]:.3g} %{' (unsure)' if fit.unsure[k] else ''}"
+        f"{fit.frequency[k]:.4g} Hz {100 * fit.zeta[k]:.3g} %{' (unsure)' if fit.unsure[k] else ''}"
         for k in np.flatnonzero(fit.inside)
     )
     notes = [
