@@ -19,7 +19,9 @@ from skfem import Basis, BilinearForm, Element, ElementLineP2, ElementQuadS2, Fa
 
 from rbfound.foundation import Foundation
 from rbfound.rotor import Rotor, Shaft
-from rbfound.solid import Solid
+from rbfound.solid import Solid, natural_modes
+from rbfound.steps import with_cones
+from rbfound.units import hertz
 
 Array = NDArray[np.float64]
 
@@ -97,6 +99,29 @@ def both_planes(omega: Array, Phi: Array, seats: Array) -> Foundation:
     labels = tuple(f"{axis}{k + 1}" for k in range(len(rows)) for axis in "xy")
     twice = np.concatenate([omega, omega])
     return Foundation(np.eye(len(twice)), np.zeros((len(twice),) * 2), np.diag(twice**2), B, labels)
+
+
+def cone_angle(thin: float, thick: float, size: float = 0.0025) -> float:
+    """The cone angle [degrees] with which a beam bends as the solid does at one step between two diameters [m].
+
+    Found on a body of its own: two cylinders, each three thick diameters long, free in space. The angle is the one
+    for which the first bending frequency of the beam, `rbfound.steps.with_cones`, is that of the solid; the length of
+    the cylinders hardly matters, the ratio of the diameters does.
+
+    Parameters
+    ----------
+    size : longest edge of the solid's elements [m]
+    """
+    if not 0 < thin < thick:
+        raise ValueError(f"thin = {thin:g} m, thick = {thick:g} m: a step needs 0 < thin < thick.")
+    shaft = Shaft([3 * thick, 3 * thick], [thin, thick])
+    solid = float(hertz(natural_modes(solid_rotor(Rotor(shaft), [], size), 3, shift=-100.0)[0][2]))
+    low, high = 5.0, 85.0
+    while high - low > 0.01:
+        angle = (low + high) / 2
+        beam = Rotor(with_cones(shaft, angle, slices=12), element=thick / 4).at(0.0).modes().above(1.0).frequency[0]
+        low, high = (angle, high) if beam < solid else (low, angle)
+    return (low + high) / 2
 
 
 def section_mesh(shaft: Shaft, stations: ArrayLike, size: float) -> SectionMesh:

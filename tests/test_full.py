@@ -11,6 +11,7 @@ pytest.importorskip("skfem", reason="The full models need scikit-fem: pip instal
 
 from rbfound import full
 from rbfound.coupling import couple
+from rbfound.revolved import cone_angle
 from rbfound.solid import foundation_solid, natural_modes
 from rbfound.steps import with_cones
 
@@ -46,6 +47,19 @@ def test_a_beam_with_cones_beside_its_steps_agrees_with_the_solid_within_two_per
     ]
     assert errors[1] < 0.02
     assert errors[1] < errors[0] / 2
+
+
+def test_cones_with_the_angle_of_a_single_step_bring_beam_and_solid_within_one_and_a_half_percent():
+    # the angle comes from another body, two cylinders of 40 and 100 mm; nothing of this rotor is fitted
+    shaft, disks, bearings = rb.thesis.rotor().shaft, rb.thesis.rotor().disks, rb.thesis.bearings()
+    coned = with_cones(shaft, cone_angle(0.04, 0.1, size=0.005))
+    for letter, mounted in (
+        ("g", rb.mount(rb.Rotor(coned), {})),
+        ("h", rb.mount(rb.Rotor(coned, disks), {})),
+        ("i", rb.mount(rb.Rotor(coned, disks), bearings)),
+    ):
+        solid = frequencies(full.model(letter, size=0.005))[::2]
+        np.testing.assert_allclose(frequencies(mounted)[::2], solid, rtol=0.015)
 
 
 @pytest.mark.parametrize("letter", "hil")

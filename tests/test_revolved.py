@@ -7,7 +7,7 @@ import rbfound as rb
 
 pytest.importorskip("skfem", reason="The solid rotor needs scikit-fem: pip install 'rbfound[solid]'.")
 
-from rbfound.revolved import both_planes, gyroscopic, section_mesh, solid_rotor
+from rbfound.revolved import both_planes, cone_angle, gyroscopic, section_mesh, solid_rotor
 from rbfound.solid import natural_modes, ritz_modes
 
 SLENDER = rb.Shaft([1.2], [0.03])
@@ -107,6 +107,14 @@ def test_the_mesh_fills_the_drawing_and_no_more():
     half = np.sum(np.array(BODY.shaft.length) * np.array(BODY.shaft.diameter) / 2)
     assert area.sum() == pytest.approx(half, rel=1e-12)
     assert np.isclose(mesh.p[0], 0.045).any()
+
+
+def test_the_cone_of_a_step_depends_on_the_ratio_of_the_diameters_alone():
+    # the same drawing at half the scale, with half the elements' size: the same numbers but for the beam's elements
+    assert cone_angle(0.04, 0.1, 0.01) == pytest.approx(cone_angle(0.02, 0.05, 0.005), abs=0.2)
+    assert 20 < cone_angle(0.04, 0.1, 0.01) < 45
+    with pytest.raises(ValueError, match="0 < thin < thick"):
+        cone_angle(0.1, 0.04)
 
 
 def test_what_cannot_be_meshed_is_refused():
