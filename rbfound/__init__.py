@@ -9,6 +9,7 @@ from rbfound.frf import FRF
 from rbfound.modalfit import ModalFit, fit_modes, identify
 from rbfound.peaks import Peaks, mode_indicator, pick_peaks
 from rbfound.polyreference import Stabilisation, stabilisation, stable_poles
+from rbfound.residues import Residues, fit_residues, lscf
 from rbfound.rotor import Bearing, Disk, Rotor, Shaft
 from rbfound.system import Modes, System, mac
 from rbfound.tables import bound, table
@@ -29,6 +30,7 @@ __all__ = [
     "Modes",
     "Peaks",
     "PseudoModes",
+    "Residues",
     "Rotor",
     "Shaft",
     "Stabilisation",
@@ -37,11 +39,13 @@ __all__ = [
     "campbell",
     "equivalent_matrices",
     "fit_modes",
+    "fit_residues",
     "from_rpm",
     "hertz",
     "identify",
     "load_foundation",
     "load_frf",
+    "lscf",
     "mac",
     "modal_foundation",
     "mode_indicator",
