@@ -6,6 +6,7 @@ from rbfound.files import load_foundation, load_frf, save_foundation, save_frf
 from rbfound.fitting import PseudoModes, equivalent_matrices, pmsm, pseudo_modes
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF
+from rbfound.impedance import MeasuredMachine, coupled_poles, mount_measured, unbalance_on_lines
 from rbfound.modalfit import ModalFit, fit_modes, identify
 from rbfound.peaks import Peaks, mode_indicator, pick_peaks
 from rbfound.polyreference import Stabilisation, stabilisation, stable_poles
@@ -26,6 +27,7 @@ __all__ = [
     "Disk",
     "Foundation",
     "Machine",
+    "MeasuredMachine",
     "ModalFit",
     "Modes",
     "Peaks",
@@ -37,6 +39,7 @@ __all__ = [
     "System",
     "bound",
     "campbell",
+    "coupled_poles",
     "equivalent_matrices",
     "fit_modes",
     "fit_residues",
@@ -50,6 +53,7 @@ __all__ = [
     "modal_foundation",
     "mode_indicator",
     "mount",
+    "mount_measured",
     "pick_peaks",
     "pmsm",
     "pseudo_modes",
@@ -62,5 +66,6 @@ __all__ = [
     "stable_poles",
     "table",
     "thesis",
+    "unbalance_on_lines",
     "unbalance_response",
 ]

@@ -103,11 +103,8 @@ def mount(rotor: Rotor, bearings: Mapping[float, Bearing], on: Foundation | None
     places = sorted(bearings)
     for z in places:
         rotor.check_position(z, "bearing")
-    if on is not None and places and len(on.labels) != 2 * len(places):
-        raise ValueError(
-            f"{len(places)} bearings need {2 * len(places)} seats, x and y for each: "
-            f"the foundation has {len(on.labels)} ({', '.join(on.labels)})."
-        )
+    if on is not None and places:
+        check_seats(len(places), on.labels)
     mesh = assemble(rotor, places)
     n = len(mesh.M)
     matrices = [on.M, on.C, on.K] if on is not None else [np.zeros((0, 0))] * 3
@@ -120,3 +117,12 @@ def mount(rotor: Rotor, bearings: Mapping[float, Bearing], on: Foundation | None
         journal[[0, 1], [first, first + 1]] = 1.0
         _tie(C, K, journal, bearings[z], None if on is None else on.B[2 * k : 2 * k + 2])
     return Machine(M, C, K, G, mesh, {z: bearings[z] for z in places}, on)
+
+
+def check_seats(bearings: int, labels: Sequence[str]) -> None:
+    """Raise a ValueError unless a foundation has two seats for each bearing."""
+    if len(labels) != 2 * bearings:
+        raise ValueError(
+            f"{bearings} bearings need {2 * bearings} seats, x and y for each: "
+            f"the foundation has {len(labels)} ({', '.join(labels)})."
+        )

@@ -26,12 +26,16 @@ class Spinning(Protocol):
         ...
 
 
-class Shafted(Spinning, Protocol):
+class Placed(Protocol):
     """A machine whose shaft can be asked for the coordinate of a place."""
 
     def coordinate(self, z: float, direction: str) -> int:
         """Index of the displacement "x" or "y" at a position [m]."""
         ...
+
+
+class Shafted(Spinning, Placed, Protocol):
+    """Both: it can be swept, and be asked for a place."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,14 +158,20 @@ def unbalance_response(machine: Shafted, speeds: ArrayLike, unbalance: Mapping[f
         A complex value turns it by its angle. The force is Omega^2 u in x and -i Omega^2 u in y: forward circles.
     """
     speeds = np.atleast_1d(np.asarray(speeds, dtype=float))
-    force = np.zeros(len(machine.at(0.0).M), dtype=complex)
-    for z, value in unbalance.items():
-        force[machine.coordinate(z, "x")] += value
-        force[machine.coordinate(z, "y")] += -1j * value
+    force = unbalance_force(machine, unbalance, len(machine.at(0.0).M))
     response = np.empty((len(speeds), len(force)), dtype=complex)
     for k, speed in enumerate(speeds):
         response[k] = machine.at(float(speed)).solve(float(speed), speed**2 * force)
     return response
+
+
+def unbalance_force(machine: Placed, unbalance: Mapping[float, complex], count: int) -> Complex:
+    """Forces of unbalances on all `count` coordinates at 1 rad/s, (count,) complex [kg m]: circles, forward."""
+    force = np.zeros(count, dtype=complex)
+    for z, value in unbalance.items():
+        force[machine.coordinate(z, "x")] += value
+        force[machine.coordinate(z, "y")] += -1j * value
+    return force
 
 
 def _follow(before: Modes, after: Modes, order: NDArray[np.intp]) -> NDArray[np.intp]:

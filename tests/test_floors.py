@@ -46,6 +46,7 @@ FLOORS = {
     "thesis": 5,
     "whirl": 5,
     "full": 6,
+    "impedance": 6,
     "plots": 6,
     "widgets": 6,
     "viewer": 7,
