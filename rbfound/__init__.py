@@ -1,6 +1,7 @@
 """Rotors on flexible foundations: from measured frequency response functions to the machine that stands on them."""
 
 from rbfound import sdof, thesis
+from rbfound.circle import CircleFit, circle_fit, modal_constants
 from rbfound.coupling import Machine, mount
 from rbfound.files import load_foundation, load_frf, save_foundation, save_frf
 from rbfound.fitting import PseudoModes, equivalent_matrices, pmsm, pseudo_modes
@@ -23,6 +24,7 @@ __all__ = [
     "FRF",
     "Bearing",
     "Campbell",
+    "CircleFit",
     "CriticalSpeeds",
     "Disk",
     "Foundation",
@@ -39,6 +41,7 @@ __all__ = [
     "System",
     "bound",
     "campbell",
+    "circle_fit",
     "coupled_poles",
     "equivalent_matrices",
     "fit_modes",
@@ -50,6 +53,7 @@ __all__ = [
     "load_frf",
     "lscf",
     "mac",
+    "modal_constants",
     "modal_foundation",
     "mode_indicator",
     "mount",

@@ -31,6 +31,7 @@ FLOORS = {
     "peaks": 2,
     "modesearch": 2,
     "polyreference": 2,
+    "circle": 3,
     "foundation": 3,
     "rotor": 3,
     "bodies": 4,
