@@ -18,7 +18,7 @@ unexport PYTHONPATH MPLBACKEND
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
-.PHONY: help book test lab notebooks picture data crosscheck lint format unit html wheel screenshots clean distclean
+.PHONY: help book test lab notebooks picture data crosscheck bench lint format unit html wheel screenshots clean distclean
 .NOTPARALLEL:
 
 help: ## list these targets
@@ -47,6 +47,9 @@ data: $(VENV)/book.stamp ## compute the foundation's FRFs in data/ again from it
 crosscheck: $(VENV)/book.stamp ## solve the solid foundation with CalculiX too (needs ccx) and compare
 	$(BIN)/python tools/crosscheck.py
 
+bench: benchmarks/.venv/bench.stamp ## compare errors and CPU time with the peers, each at its pinned version
+	benchmarks/.venv/bin/python benchmarks/identification.py
+
 lint: $(VENV)/dev.stamp ## ruff and mypy
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -72,7 +75,7 @@ clean: ## remove what was built; keep the environment
 	rm -rf _build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
 
 distclean: clean ## remove the environment too
-	rm -rf $(VENV)
+	rm -rf $(VENV) benchmarks/.venv
 
 $(VENV)/venv.stamp:
 	@command -v $(PYTHON) >/dev/null || { \
@@ -96,4 +99,12 @@ $(VENV)/book.stamp: $(VENV)/venv.stamp pyproject.toml
 
 $(VENV)/dev.stamp: $(VENV)/book.stamp
 	$(BIN)/pip install --quiet --quiet --editable ".[dev]"
+	@touch $@
+
+# The peers would fight with the book's pins, and weigh more than it: an environment of their own.
+benchmarks/.venv/bench.stamp: benchmarks/requirements.txt pyproject.toml
+	@echo "Installing the peers into benchmarks/.venv: some minutes, and about 1.3 GB."
+	$(PYTHON) -m venv --clear benchmarks/.venv
+	benchmarks/.venv/bin/pip install --quiet --quiet --no-deps --requirement benchmarks/requirements.txt
+	benchmarks/.venv/bin/pip install --quiet --quiet --no-deps --editable .
 	@touch $@
