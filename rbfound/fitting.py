@@ -1,12 +1,14 @@
 """From measured FRFs to a foundation: the pseudo mode shape method and its equivalent matrices."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import linalg
 
+from rbfound.circle import circle_fit, modal_constants
 from rbfound.foundation import Foundation, checked_modes
 from rbfound.frf import FRF, SEATS
 from rbfound.peaks import Peaks, nearest_peak
@@ -14,9 +16,12 @@ from rbfound.system import mac
 from rbfound.units import hertz, radians
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 # Two columns with a higher MAC than this are nearly the same shape, and Phi can hardly be inverted.
 PARALLEL = 0.9
+# Rounds of the search for the nearest complex modes that a real system can have, and what may be left then.
+ROUNDS, LEFT = 50, 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,12 +31,12 @@ class PseudoModes:
     Attributes
     ----------
     Phi : (seats, seats) [1/sqrt(kg)]
-        Column j comes from the FRFs driven at seat j, at the peak of seat j.
+        Column j comes from the FRFs driven at seat j, at the peak of seat j. Complex with parts="complex".
     omega : (seats,) [rad/s]
     zeta : (seats,) [-]
     """
 
-    Phi: Array
+    Phi: Array | Complex
     omega: Array
     zeta: Array
 
@@ -41,7 +46,14 @@ class PseudoModes:
         return float(np.linalg.cond(self.Phi))
 
 
-def pseudo_modes(frf: FRF, peaks: Sequence[float] | Peaks, *, interpolate: bool = True) -> PseudoModes:
+def pseudo_modes(
+    frf: FRF,
+    peaks: Sequence[float] | Peaks,
+    *,
+    interpolate: bool = True,
+    method: str = "peak",
+    parts: str = "real",
+) -> PseudoModes:
     """Mode shapes column by column from the driving points (equations 57-61).
 
     At the peak of the driving point H_jj a single mode is taken to dominate, so that for a unit modal mass
@@ -56,23 +68,36 @@ def pseudo_modes(frf: FRF, peaks: Sequence[float] | Peaks, *, interpolate: bool 
         `Peaks` are used as they are, on a peak or not.
     interpolate : bool
         Between the lines; see `rbfound.sdof.half_power`.
+    method : "peak" or "circle"
+        "circle" reads frequency, damping and products off circles instead, which need not be told from the other
+        modes' constant share: `rbfound.circle.circle_fit` of the driving point, `modal_constants` of its column.
+        It takes frequencies, not `Peaks`.
+    parts : "real" or "complex"
+        What is kept of each product. "complex" keeps the phase too: that of a complex mode (damping that couples
+        modes), and with method="peak" that of the other modes' share.
+
+    Raises
+    ------
+    ValueError
+        When there is not one peak a seat, a peak lies beside the data or has no damping, a driving point gains
+        energy, or method or parts is another word.
     """
-    seats = len(frf.labels)
-    chosen = peaks if isinstance(peaks, Peaks) else _driving_point_peaks(frf, peaks, interpolate)
-    if len(chosen) != seats:
-        raise ValueError(f"{len(chosen)} peaks are given: there must be one a seat, {', '.join(frf.labels)}.")
-    _check_peaks(frf, chosen)
-    omega, zeta = np.asarray(radians(chosen.frequency)), chosen.damping
-    Phi = np.empty((seats, seats))
+    for name, value, known in (("method", method, ("peak", "circle")), ("parts", parts, ("real", "complex"))):
+        if value not in known:
+            raise ValueError(f'{name} is {value!r}: it must be "{known[0]}" or "{known[1]}".')
+    if len(peaks) != len(frf.labels):
+        raise ValueError(f"{len(peaks)} peaks are given: there must be one a seat, {', '.join(frf.labels)}.")
+    chosen, product = (_from_circles if method == "circle" else _from_peaks)(frf, peaks, interpolate)
+    Phi = np.empty_like(product) if parts == "complex" else np.empty(product.shape)
     for j, label in enumerate(frf.labels):
-        product = np.real(2j * zeta[j] * omega[j] ** 2 * _column_at(frf, j, chosen.frequency[j], interpolate))
-        if not product[j] > 0:
+        if not product[j, j].real > 0:
             raise ValueError(
                 f"The driving point {label} has a positive imaginary part at {chosen.frequency[j]:g} Hz: a driving "
                 "point loses energy (Im H < 0). Its sensor or its force may be the wrong way round."
             )
-        Phi[:, j] = product / np.sqrt(product[j])
-    return PseudoModes(Phi, omega, zeta)
+        column = product[:, j] if parts == "complex" else np.real(product[:, j])
+        Phi[:, j] = column / np.sqrt(column[j])
+    return PseudoModes(Phi, np.asarray(radians(chosen.frequency)), chosen.damping)
 
 
 def equivalent_matrices(
@@ -86,19 +111,30 @@ def equivalent_matrices(
 
     M = Phi^-T Phi^-1,  C = Phi^-T diag(2 zeta omega) Phi^-1,  K = Phi^-T diag(omega^2) Phi^-1
 
+    A complex Phi would make these complex: no masses and springs. It is taken for what complex shapes are, modes of
+    a real system whose damping couples them, with their conjugates beside them. Such modes psi = phi /
+    sqrt(2 i omega_d) obey sum psi psi' = 0 (conjugates included), and shapes from data do so only nearly. The nearest
+    ones that do are taken, with the poles as they are, and M, C and K follow from these, real and symmetric (Balmes
+    1997, Mechanical Systems and Signal Processing 11, 229-243). For a real Phi they are equations 62-64.
+
     Parameters
     ----------
     Phi : (seats, seats) [1/sqrt(kg)]
-        Mass-normalised shapes, one column a mode.
+        Mass-normalised shapes, one column a mode; real or complex.
     omega : (seats,) [rad/s]
     zeta : (seats,) [-]
 
     Raises
     ------
     ValueError
-        When Phi is not square (use `modal_foundation` for more, or fewer, modes than seats) or singular.
+        When Phi is not square (use `modal_foundation` for more, or fewer, modes than seats) or singular, or so
+        complex that no real system is near.
     """
-    Phi, omega, zeta = checked_modes(Phi, omega, zeta, labels)
+    if np.iscomplexobj(Phi):
+        Phi = np.asarray(Phi)
+        _, omega, zeta = checked_modes(np.abs(Phi), omega, zeta, labels)
+    else:
+        Phi, omega, zeta = checked_modes(Phi, omega, zeta, labels)
     if Phi.shape[0] != Phi.shape[1]:
         raise ValueError(
             f"Phi is {Phi.shape[0]} x {Phi.shape[1]}: equivalent matrices need as many modes as seats. "
@@ -107,6 +143,10 @@ def equivalent_matrices(
     condition = np.linalg.cond(Phi)
     if condition > 1 / np.finfo(float).eps:
         raise ValueError(f"Phi is singular (condition number {condition:.1e}): two columns are the same mode.")
+    if np.iscomplexobj(Phi):
+        M, C, K = _real_matrices(Phi.astype(complex), omega, zeta)
+        foundation = Foundation(M, C, K, np.eye(len(labels)), labels, (*notes, *_warnings(Phi, labels)))
+        return replace(foundation, notes=(*foundation.notes, *_active(foundation)))
     inverse = np.linalg.inv(Phi)
     M, C, K = (
         # the factor in the middle is halved so that the product is symmetric to the last bit
@@ -116,7 +156,14 @@ def equivalent_matrices(
     return Foundation(M, C, K, np.eye(len(labels)), labels, (*notes, *_warnings(Phi, labels)))
 
 
-def pmsm(frf: FRF, peaks: Sequence[float] | Peaks, *, interpolate: bool = True) -> Foundation:
+def pmsm(
+    frf: FRF,
+    peaks: Sequence[float] | Peaks,
+    *,
+    interpolate: bool = True,
+    method: str = "peak",
+    parts: str = "real",
+) -> Foundation:
     """Pseudo mode shape method: sixteen FRFs and one peak a seat to equivalent matrices (equations 57-64).
 
     The thesis takes pmsm(frf, [150, 350, 150, 350]): the X mode from both x seats, the Y mode from both y seats.
@@ -125,15 +172,51 @@ def pmsm(frf: FRF, peaks: Sequence[float] | Peaks, *, interpolate: bool = True) 
 
     Parameters and errors are those of `pseudo_modes` and `equivalent_matrices`.
     """
-    modes = pseudo_modes(frf, peaks, interpolate=interpolate)
+    modes = pseudo_modes(frf, peaks, interpolate=interpolate, method=method, parts=parts)
     used = ", ".join(
         f"{label} {f:.4g} Hz {100 * zeta:.3g} %"
         for label, f, zeta in zip(frf.labels, hertz(modes.omega), modes.zeta, strict=True)
     )
-    return equivalent_matrices(modes.Phi, modes.omega, modes.zeta, frf.labels, (f"Peaks used: {used}.",))
+    what = "Circles" if method == "circle" else "Peaks"
+    return equivalent_matrices(modes.Phi, modes.omega, modes.zeta, frf.labels, (f"{what} used: {used}.",))
 
 
-def _warnings(Phi: Array, labels: tuple[str, ...]) -> tuple[str, ...]:
+def _real_matrices(Phi: Complex, omega: Array, zeta: Array) -> tuple[Array, Array, Array]:
+    """M, C and K of the real system whose complex modes are nearest to Phi, with these poles."""
+    if (zeta >= 1).any():
+        raise ValueError(f"zeta holds {zeta.max():g}: a complex shape belongs to a mode that oscillates, zeta < 1.")
+    omega_d = omega * np.sqrt(1 - zeta**2)
+    poles = -zeta * omega + 1j * omega_d
+    psi = _proper(Phi / np.sqrt(2j * omega_d))
+    inverse_mass, inverse_stiffness, rate = (
+        2 * np.real(psi * power @ psi.T) for power in (poles, -1 / poles, poles**2)
+    )
+    M, K = linalg.inv(inverse_mass), linalg.inv(inverse_stiffness)
+    M, K, C = (A / 2 + A.T / 2 for A in (M, K, -M @ rate @ M))
+    return M, C, K
+
+
+def _proper(psi: Complex) -> Complex:
+    """The nearest shapes (least squares) with Re psi psi' = 0: (1 - d^2)^-1 (psi - d conj(psi)) with d symmetric.
+
+    The multipliers d follow from S - d P - P d + d S d = 0 with S = Re psi psi' and P = Re psi psi*: a Lyapunov
+    equation with a small correction, as S is small for shapes that are nearly real.
+    """
+    S, P = np.real(psi @ psi.T), np.real(psi @ psi.conj().T)
+    d = np.zeros_like(S)
+    for _ in range(ROUNDS):
+        d = linalg.solve_continuous_lyapunov(P, S + d @ S @ d)
+    proper = linalg.solve(np.eye(len(d)) - d @ d, psi - d @ psi.conj())
+    left = np.abs(np.real(proper @ proper.T)).max() / np.abs(P).max()
+    if not left < LEFT:
+        raise ValueError(
+            f"Phi is too complex for the modes of a real system: with {ROUNDS} rounds of correction {left:.1e} of it "
+            "is left over. Keep the real parts, or look at the phases of its columns."
+        )
+    return np.asarray(proper)
+
+
+def _warnings(Phi: Array | Complex, labels: tuple[str, ...]) -> tuple[str, ...]:
     notes = [f"cond(Phi) = {np.linalg.cond(Phi):.3g}."]
     likeness = mac(Phi, Phi)
     for i, j in combinations(range(len(labels)), 2):
@@ -145,13 +228,47 @@ def _warnings(Phi: Array, labels: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _driving_point_peaks(frf: FRF, near: Sequence[float], interpolate: bool) -> Peaks:
-    near = [float(f) for f in near]
-    if len(near) != len(frf.labels):
-        raise ValueError(f"{len(near)} peaks are given: there must be one a seat, {', '.join(frf.labels)}.")
-    found = [
-        nearest_peak(frf.frequency, np.abs(frf.H[:, j, j]), f, interpolate, f"the driving point {frf.labels[j]}")
+def _from_peaks(frf: FRF, peaks: Sequence[float] | Peaks, interpolate: bool) -> tuple[Peaks, Complex]:
+    """Peaks of the driving points and the products phi_ij phi_jj there, (seats, seats) [1/kg]."""
+    chosen = peaks if isinstance(peaks, Peaks) else _driving_point_peaks(frf, peaks, interpolate)
+    _check_peaks(frf, chosen)
+    omega, zeta = np.asarray(radians(chosen.frequency)), chosen.damping
+    columns = [
+        2j * zeta[j] * omega[j] ** 2 * _column_at(frf, j, chosen.frequency[j], interpolate)
+        for j in range(len(frf.labels))
+    ]
+    return chosen, np.column_stack(columns)
+
+
+def _from_circles(frf: FRF, near: Sequence[float] | Peaks, interpolate: bool) -> tuple[Peaks, Complex]:
+    """The same by circles: what is read lies between the lines anyhow."""
+    if isinstance(near, Peaks):
+        raise ValueError('method="circle" reads the damping itself: give one frequency [Hz] a seat, not Peaks.')
+    if not interpolate:
+        raise ValueError('method="circle" uses all lines about a peak: interpolate=False has no meaning there.')
+    fits = [
+        circle_fit(frf.frequency, frf.H[:, j, j], float(f), name=f"the driving point {frf.labels[j]}")
         for j, f in enumerate(near)
+    ]
+    columns = [modal_constants(frf.frequency, frf.H[:, :, j], fit) for j, fit in enumerate(fits)]
+    chosen = Peaks(np.array([fit.frequency for fit in fits]), np.array([fit.damping for fit in fits]))
+    return chosen, np.column_stack(columns)
+
+
+def _active(foundation: Foundation) -> tuple[str, ...]:
+    """A warning for each matrix that can give energy away; those of a real Phi cannot."""
+    return tuple(
+        f"Warning: {name} is not positive definite (smallest eigenvalue {least:.2g} of the largest): this foundation "
+        "can give energy away. Phases of Phi that are not those of its modes do so."
+        for name, least in foundation.definiteness().items()
+        if least <= 0
+    )
+
+
+def _driving_point_peaks(frf: FRF, near: Sequence[float], interpolate: bool) -> Peaks:
+    found = [
+        nearest_peak(frf.frequency, np.abs(frf.H[:, j, j]), float(f), interpolate, f"the driving point {label}")
+        for j, (f, label) in enumerate(zip(near, frf.labels, strict=True))
     ]
     return Peaks(np.array([p.frequency for p in found]), np.array([p.damping for p in found]))
 

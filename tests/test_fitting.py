@@ -266,3 +266,135 @@ def test_pmsm_serves_one_bearing_and_three():
 def test_the_fit_is_quiet(capsys):
     rb.pmsm(FRFS, [90, 180, 90, 180])
     assert capsys.readouterr() == ("", "")
+
+
+# --- circles, and complex shapes ---
+
+DASHPOTS = np.diag([3000.0, 0.0, 0.0, 8000.0])  # at x1 and y2: they couple the modes
+
+
+def coupled_by_damping():
+    """The known foundation with two dashpots to ground, and its exact complex Phi, omega and zeta."""
+    k = known()
+    f = rb.Foundation(k.M, k.C + DASHPOTS, k.K, k.B)
+    poles, psi = f.modes().poles, f.modes().shapes
+    # scaled so that psi psi' is the residue at the pole: psi' (2 pole M + C) psi = 1
+    psi = psi / np.sqrt(np.einsum("ir,ijr,jr->r", psi, 2 * poles * f.M[..., None] + f.C[..., None], psi))
+    return f, psi * np.sqrt(2j * poles.imag), np.abs(poles), -poles.real / np.abs(poles)
+
+
+def test_circles_give_a_known_foundation_with_frequencies_nearer_by_two_orders():
+    # the peak is taken for the undamped frequency and stands on the others' flanks; the circle is not so read
+    peak, circle = (rb.pmsm(FRFS, [90, 180, 310, 450], method=method) for method in ("peak", "circle"))
+    errors = [np.abs(f.modes().frequency / known().modes().frequency - 1).max() for f in (peak, circle)]
+    assert errors[1] < 1e-5 < 1e-4 < errors[0]
+    np.testing.assert_allclose(rb.pseudo_modes(FRFS, [90, 180, 310, 450], method="circle").zeta, ZETA, rtol=0.005)
+    assert "Circles used: x1 90 Hz 2 %" in str(circle)
+
+
+def test_circles_read_four_uncoupled_seats_exactly():
+    # one mode a driving point: nothing to be confused with
+    truth = rb.equivalent_matrices(0.1 * np.eye(4), 2 * np.pi * F_N, ZETA)
+    fitted = rb.pmsm(truth.frf(LINES), F_N, method="circle")
+    for name in "MCK":
+        np.testing.assert_allclose(getattr(fitted, name), getattr(truth, name), rtol=1e-9, atol=1e-9)
+
+
+def test_circles_stand_noise_that_half_power_points_do_not():
+    rng = np.random.default_rng(8)
+    noise = 0.05 * (rng.standard_normal(FRFS.H.shape) + 1j * rng.standard_normal(FRFS.H.shape)) / np.sqrt(2)
+    noisy = rb.FRF(LINES, FRFS.H * (1 + noise))
+    with pytest.raises(ValueError, match="has the damping ratio nan"):
+        rb.pmsm(noisy, [90, 180, 310, 450])
+    circle = rb.pseudo_modes(noisy, [90, 180, 310, 450], method="circle")
+    # 8 to 25 lines a circle: a tenth of the half-width for the frequency, a sixth of the damping
+    np.testing.assert_allclose(circle.omega, 2 * np.pi * F_N, rtol=2e-3)
+    np.testing.assert_allclose(circle.zeta, ZETA, rtol=0.15)
+
+
+def test_the_matrices_of_complex_modes_are_those_of_the_system_that_has_them():
+    # two roads: M, C, K to complex modes by the eigenvalue problem, and back
+    f, Phi, omega, zeta = coupled_by_damping()
+    assert np.degrees(np.abs(np.angle(Phi**2))).max() > 20
+    again = rb.equivalent_matrices(Phi, omega, zeta)
+    for name in "MCK":
+        matrix = getattr(f, name)
+        np.testing.assert_allclose(getattr(again, name), matrix, atol=1e-11 * np.abs(matrix).max())
+
+
+def test_a_complex_phi_that_is_real_gives_the_matrices_of_the_real_one():
+    complex_ = rb.equivalent_matrices(PHI + 0j, 2 * np.pi * F_N, ZETA)
+    for name in "MCK":
+        matrix = getattr(known(), name)
+        np.testing.assert_allclose(getattr(complex_, name), matrix, atol=1e-12 * np.abs(matrix).max())
+
+
+def test_complex_shapes_with_errors_still_give_real_symmetric_matrices_with_the_poles_they_came_with():
+    _, Phi, omega, zeta = coupled_by_damping()
+    rng = np.random.default_rng(2)
+    wrong = Phi * (1 + 0.02 * (rng.standard_normal((4, 4)) + 1j * rng.standard_normal((4, 4))))
+    f = rb.equivalent_matrices(wrong, omega, zeta)
+    assert f.asymmetry() < 1e-14
+    np.testing.assert_allclose(f.modes().poles, -zeta * omega + 1j * omega * np.sqrt(1 - zeta**2), rtol=1e-9)
+    # and the shapes are the ones given, but for the size of their errors
+    turned = f.modes().shapes / f.modes().shapes[0] * wrong[0]
+    assert np.abs(turned / wrong - 1).max() < 0.1
+
+
+def misfit(fitted, frf):
+    """Root mean square over the lines from 40 Hz of |H - fitted| / |H|, with Frobenius norms."""
+    lines = frf.between(40, 600)
+    difference = fitted.frf(lines.frequency).H - lines.H
+    return np.sqrt(np.mean((np.linalg.norm(difference, axis=(1, 2)) / np.linalg.norm(lines.H, axis=(1, 2))) ** 2))
+
+
+def test_complex_shapes_from_circles_pay_where_damping_couples_the_modes_and_cost_nothing_elsewhere():
+    coupled_modes = coupled_by_damping()[0].frf(LINES)
+    real, complex_ = (
+        misfit(rb.pmsm(coupled_modes, [90, 180, 310, 450], method="circle", parts=parts), coupled_modes)
+        for parts in ("real", "complex")
+    )
+    assert complex_ < 0.2 * real
+    real, complex_ = (
+        misfit(rb.pmsm(FRFS, [90, 180, 310, 450], method="circle", parts=parts), FRFS) for parts in ("real", "complex")
+    )
+    assert complex_ == pytest.approx(real, rel=0.01)
+
+
+def test_the_phase_at_a_peak_is_that_of_the_neighbours_and_makes_the_foundation_active():
+    # modes are real here: what is complex at a peak is the others' share, and complex shapes made of it are wrong
+    real, complex_ = (rb.pmsm(FRFS, [90, 180, 310, 450], parts=parts) for parts in ("real", "complex"))
+    assert misfit(complex_, FRFS) > 3 * misfit(real, FRFS)
+    assert real.definiteness()["C"] > 0 > complex_.definiteness()["C"]
+    assert "C is not positive definite" in " ".join(complex_.notes)
+    assert "positive definite" not in " ".join(real.notes)
+
+
+def test_real_parts_are_the_default_and_the_real_products_of_the_complex_ones():
+    real, default, complex_ = (
+        rb.pseudo_modes(FRFS, [90, 180, 310, 450], **options)
+        for options in ({"parts": "real"}, {}, {"parts": "complex"})
+    )
+    np.testing.assert_array_equal(real.Phi, default.Phi)
+    product = complex_.Phi * np.diag(complex_.Phi)
+    np.testing.assert_allclose(real.Phi * np.diag(real.Phi), product.real, rtol=1e-12, atol=1e-15)
+
+
+def test_other_words_for_method_and_parts_and_what_circles_cannot_take_are_errors():
+    with pytest.raises(ValueError, match=r'method is \'ring\': it must be "peak" or "circle"'):
+        rb.pmsm(FRFS, [90, 180, 310, 450], method="ring")
+    with pytest.raises(ValueError, match=r'parts is \'imaginary\': it must be "real" or "complex"'):
+        rb.pmsm(FRFS, [90, 180, 310, 450], parts="imaginary")
+    with pytest.raises(ValueError, match=r"give one frequency .* a seat, not Peaks"):
+        rb.pmsm(FRFS, rb.Peaks(F_N, ZETA), method="circle")
+    with pytest.raises(ValueError, match="interpolate=False has no meaning"):
+        rb.pmsm(FRFS, F_N, method="circle", interpolate=False)
+    with pytest.raises(ValueError, match="the driving point y1: no peak within 15% of 250 Hz"):
+        rb.pmsm(FRFS, [90, 250, 310, 450], method="circle")
+
+
+def test_shapes_that_no_real_system_can_have_are_an_error():
+    with pytest.raises(ValueError, match="Phi is too complex for the modes of a real system"):
+        rb.equivalent_matrices(PHI * np.exp(1j * np.pi / 4), 2 * np.pi * F_N, ZETA)
+    with pytest.raises(ValueError, match=r"zeta holds 1\.2: a complex shape belongs to a mode that oscillates"):
+        rb.equivalent_matrices(PHI + 0j, 2 * np.pi * F_N, [0.02, 1.2, 0.02, 0.02])
