@@ -7,7 +7,7 @@ from rbfound.files import load_foundation, load_frf, save_foundation, save_frf
 from rbfound.fitting import PseudoModes, equivalent_matrices, pmsm, pseudo_modes
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF
-from rbfound.impedance import MeasuredMachine, coupled_poles, mount_measured, unbalance_on_lines
+from rbfound.impedance import MeasuredMachine, coupled_poles, mount_measured, passivity, unbalance_on_lines
 from rbfound.modalfit import ModalFit, fit_modes, identify
 from rbfound.peaks import Peaks, mode_indicator, pick_peaks
 from rbfound.polyreference import Stabilisation, stabilisation, stable_poles
@@ -58,6 +58,7 @@ __all__ = [
     "mode_indicator",
     "mount",
     "mount_measured",
+    "passivity",
     "pick_peaks",
     "pmsm",
     "pseudo_modes",

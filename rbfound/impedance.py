@@ -189,6 +189,18 @@ def coupled_poles(machine: MeasuredMachine, speed: float = 0.0, band: tuple[floa
     return stable_poles(stabilisation(frf, orders, band))[0]
 
 
+def passivity(frf: FRF) -> Array:
+    """The least energy that the foundation takes from any forces at its seats, line by line, (n,) [-].
+
+    Forces f of one frequency do the work pi f^H L f in a turn, with L = (H^H - H) / 2i, for a symmetric H its negative
+    imaginary part. Given is the smallest eigenvalue of L as a part of the largest singular value of H. A foundation
+    without a source of energy has none below zero.
+    """
+    loss = (frf.H.conj().transpose(0, 2, 1) - frf.H) / 2j
+    size = np.linalg.norm(frf.H, ord=2, axis=(1, 2))
+    return np.asarray(np.linalg.eigvalsh(loss)[:, 0] / np.where(size > 0, size, 1.0))
+
+
 def _dynamic_stiffness(bearings: Mapping[float, Bearing], omega: float) -> Complex:
     """Of all bearings, (seats, seats) complex [N/m]: K + i omega C."""
     return np.asarray(linalg.block_diag(*(bearing.K + 1j * omega * bearing.C for bearing in bearings.values())))

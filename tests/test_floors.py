@@ -50,12 +50,13 @@ FLOORS = {
     "impedance": 6,
     "plots": 6,
     "widgets": 6,
+    "plots_coupling": 7,
     "viewer": 7,
 }
 
 # Packages beyond numpy and scipy, and the modules that may import them: each an extra of its own.
 EXTRAS = {
-    "matplotlib": {"plots", "viewer"},
+    "matplotlib": {"plots", "plots_coupling", "viewer"},
     "mpl_toolkits": {"plots"},
     "skfem": {"assembly", "mesh", "revolved"},
     "ipywidgets": {"widgets"},

@@ -216,3 +216,47 @@ def test_poles_outside_the_lines_are_an_error():
     measured = rb.mount_measured(ROTOR, BEARINGS, foundation().frf(np.arange(1.0, 200.0)))
     with pytest.raises(ValueError, match=r"The band from 300 to 400 Hz lies outside the FRFs"):
         rb.coupled_poles(measured, band=(300, 400))
+
+
+# --- what noise does to the data ---
+
+
+def test_one_seat_loses_what_one_degree_of_freedom_does():
+    # of 1/(k - m w^2 + i c w): minus the imaginary part over the magnitude is c w / |k - m w^2 + i c w|
+    one = rb.modal_foundation([[0.1]], [600.0], [0.02], ("x1",))
+    w = rb.radians(LINES)
+    D = 600.0**2 - w**2 + 2j * 0.02 * 600.0 * w
+    np.testing.assert_allclose(rb.passivity(one.frf(LINES)), D.imag / np.abs(D), rtol=1e-12)
+
+
+def test_the_work_of_a_cycle_is_what_passivity_says_for_the_worst_forces():
+    # by the time integral of force times velocity over one turn, with random forces: never less, and for the
+    # eigenvector just that
+    H = noisy(foundation().frf([100.0]), 0.3).H[0]
+    frf = rb.FRF([100.0], H[None])
+    loss = (H.conj().T - H) / 2j
+    worst = np.linalg.eigh(loss)[1][:, 0]
+    t = np.arange(400) / 400 / 100.0
+    turn = np.exp(1j * rb.radians(100.0) * t)
+
+    def work(f):
+        force, velocity = (np.outer(v, turn).real for v in (f, 1j * rb.radians(100.0) * H @ f))
+        return (force * velocity).sum() / 400 / 100.0 / np.linalg.norm(f) ** 2
+
+    least = np.pi * rb.passivity(frf)[0] * np.linalg.norm(H, 2)
+    assert work(worst) == pytest.approx(least, rel=1e-9)
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        assert work(rng.standard_normal(4) + 1j * rng.standard_normal(4)) > least
+
+
+def test_an_exact_set_takes_energy_on_every_line_and_a_noisy_one_gives_some_back():
+    lines = np.arange(20.0, 500.0)
+    clean = foundation().frf(lines)
+    # rounding may put an eigenvalue of zero a little below it
+    assert rb.passivity(clean).min() > -1e-12
+    assert (rb.passivity(noisy(clean, 0.05)) < 0).mean() > 0.1
+
+
+def test_nothing_moving_takes_no_energy():
+    assert not rb.passivity(rb.FRF([1.0, 2.0], np.zeros((2, 4, 4)))).any()

@@ -1,0 +1,50 @@
+"""Figures of coupled machines by several roads: each beside the truth, and what noise does to a foundation's FRFs."""
+
+from collections.abc import Mapping
+
+import matplotlib.pyplot as plt
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rbfound.plots import BLACK, LINES, styled
+
+
+@styled
+def beside_truth(
+    x: ArrayLike,
+    truth: ArrayLike,
+    curves: Mapping[str, ArrayLike],
+    *,
+    xlabel: str = "frequency [Hz]",
+    ylabel: str = "receptance |H|  [m/N]",
+) -> None:
+    """Magnitudes of complex curves over one axis with the truth under them, and below how far each is from it [%]."""
+    x, truth = np.asarray(x), np.asarray(truth)
+    figure, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 4.8), height_ratios=(3, 2))
+    top.semilogy(x, np.abs(truth), color="#bbbbbb", lw=5, label="truth")
+    for (name, curve), (color, line) in zip(curves.items(), LINES, strict=False):
+        top.semilogy(x, np.abs(curve), line, color=color, lw=1.2, label=name)
+        bottom.semilogy(x, 100 * np.abs(np.asarray(curve) / truth - 1), line, color=color, lw=1.0)
+    top.set_ylabel(ylabel)
+    bottom.set(xlabel=xlabel, ylabel="error [%]")
+    figure.legend(*top.get_legend_handles_labels(), loc="outside upper center", ncols=4)
+    plt.show()
+
+
+@styled
+def passivity(frequency: ArrayLike, levels: Mapping[str, ArrayLike]) -> None:
+    """The least energy that a foundation takes in, over frequency [Hz]: what `rbfound.passivity` gives. Grey: below 0."""
+    _, ax = plt.subplots(figsize=(7.2, 3.4))
+    markers = ("", ".", "x")
+    lowest = min(float(np.min(values)) for values in levels.values())
+    ax.axhspan(110 * lowest, 0, color="#eeeeee")
+    ax.axhline(0, color=BLACK, lw=0.8)
+    # the noisiest first, so that it hides nothing
+    pairs = list(zip(levels.items(), LINES, markers, strict=False))
+    for (name, values), (color, line), marker in reversed(pairs):
+        style = line if not marker else ""
+        ax.plot(frequency, 100 * np.asarray(values), style, marker=marker, markersize=3, color=color, label=name)
+    ax.set(xlabel="frequency [Hz]", ylabel="least loss, part of |H| [%]")
+    ax.margins(y=0.02)
+    ax.legend(loc="upper right")
+    plt.show()
