@@ -212,6 +212,35 @@ def test_a_neighbour_shows_in_the_scatter():
     assert circle_fit(LINES, two, 100).scatter > 1e-3 > 1e6 * clean.scatter
 
 
+def test_a_remainder_that_grows_along_the_lines_is_taken_out_with_slope():
+    # a mode and receptance and mobility remainders of any phase, each a share of the peak; wide, so that they matter
+    omega = rb.radians(LINES)
+    other = 0.05 * np.abs(H).max() * (1 + 0.5j) + 0.03 / C * 1j / (1j * omega)
+    plain, without = (circle_fit(LINES, H + other, 100, width=1.5, slope=slope) for slope in (False, True))
+    errors = [abs(fit.damping / ZETA - 1) for fit in (plain, without)]
+    # the rounds end with changes of 1e-5 that halve each time
+    assert errors[1] < 1e-4 < 4e-3 < errors[0]
+    assert without.constant == pytest.approx(1 / M, rel=1e-4)
+    assert without.frequency == pytest.approx(F_N, rel=1e-5)
+    # i w R = i omega R + i omega R (w - omega) / omega
+    expected = 1j * without.omega * 0.05 * np.abs(H).max() * (1 + 0.5j)
+    assert without.slope == pytest.approx(expected, rel=1e-3)
+    used = slice(*without.lines)
+    np.testing.assert_allclose(without.mobility(LINES[used]), (1j * omega * (H + other))[used], rtol=1e-4)
+
+
+def test_the_slope_saves_most_of_the_bias_on_the_foundation():
+    truth = rb.modal_foundation(np.full((4, 4), 0.1), rb.radians([160.0, 280.0, 344.0, 480.0]), np.full(4, 0.02))
+    frf = truth.frf(LINES)
+    for near in (160, 280, 344):
+        plain, without = (circle_fit(LINES, frf.H[:, 0, 0], near, slope=slope) for slope in (False, True))
+        assert abs(without.damping / 0.02 - 1) < 0.1 * abs(plain.damping / 0.02 - 1)
+        assert abs(without.damping / 0.02 - 1) < 2e-3
+        # the constants of the column are as good
+        constants = modal_constants(LINES, frf.H[:, :, 0], without)
+        np.testing.assert_allclose(constants, 0.01, rtol=5e-3)
+
+
 # --- FRFs that share a mode ---
 
 
