@@ -224,7 +224,8 @@ def test_a_remainder_that_grows_along_the_lines_is_taken_out_with_slope():
     assert without.frequency == pytest.approx(F_N, rel=1e-5)
     # i w R = i omega R + i omega R (w - omega) / omega
     expected = 1j * without.omega * 0.05 * np.abs(H).max() * (1 + 0.5j)
-    assert without.slope == pytest.approx(expected, rel=1e-3)
+    # small beside the mode: less sure than the damping
+    assert without.slope == pytest.approx(expected, rel=1e-2)
     used = slice(*without.lines)
     np.testing.assert_allclose(without.mobility(LINES[used]), (1j * omega * (H + other))[used], rtol=1e-4)
 
@@ -238,7 +239,7 @@ def test_the_slope_saves_most_of_the_bias_on_the_foundation():
         assert abs(without.damping / 0.02 - 1) < 2e-3
         # the constants of the column are as good
         constants = modal_constants(LINES, frf.H[:, :, 0], without)
-        np.testing.assert_allclose(constants, 0.01, rtol=5e-3)
+        np.testing.assert_allclose(constants, 0.01, rtol=1e-2)
 
 
 # --- FRFs that share a mode ---
