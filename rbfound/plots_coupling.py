@@ -33,7 +33,7 @@ def beside_truth(
 
 @styled
 def passivity(frequency: ArrayLike, levels: Mapping[str, ArrayLike]) -> None:
-    """The least energy that a foundation takes in, over frequency [Hz]: what `rbfound.passivity` gives. Grey: below 0."""
+    """The least energy that a foundation takes in, over frequency [Hz]: `rbfound.passivity`. Grey is below zero."""
     _, ax = plt.subplots(figsize=(7.2, 3.4))
     markers = ("", ".", "x")
     lowest = min(float(np.min(values)) for values in levels.values())
