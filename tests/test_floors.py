@@ -40,6 +40,8 @@ FLOORS = {
     "fitting": 4,
     "modalfit": 4,
     "residues": 4,
+    "partialfractions": 1,
+    "polynomials": 5,
     "solid": 4,
     "revolved": 5,
     "uncertainty": 6,
@@ -51,12 +53,13 @@ FLOORS = {
     "plots": 6,
     "widgets": 6,
     "plots_coupling": 7,
+    "plots_peaks": 7,
     "viewer": 7,
 }
 
 # Packages beyond numpy and scipy, and the modules that may import them: each an extra of its own.
 EXTRAS = {
-    "matplotlib": {"plots", "plots_coupling", "viewer"},
+    "matplotlib": {"plots", "plots_coupling", "plots_peaks", "viewer"},
     "mpl_toolkits": {"plots"},
     "skfem": {"assembly", "mesh", "revolved"},
     "ipywidgets": {"widgets"},
