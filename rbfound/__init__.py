@@ -10,6 +10,7 @@ from rbfound.frf import FRF
 from rbfound.impedance import MeasuredMachine, coupled_poles, mount_measured, passivity, unbalance_on_lines
 from rbfound.modalfit import ModalFit, fit_modes, identify
 from rbfound.peaks import Peaks, mode_indicator, pick_peaks
+from rbfound.polynomials import Fraction, fit_fraction, rational_fraction
 from rbfound.polyreference import Stabilisation, stabilisation, stable_poles
 from rbfound.residues import Residues, fit_residues, lscf
 from rbfound.rotor import Bearing, Disk, Rotor, Shaft
@@ -28,6 +29,7 @@ __all__ = [
     "CriticalSpeeds",
     "Disk",
     "Foundation",
+    "Fraction",
     "Machine",
     "MeasuredMachine",
     "ModalFit",
@@ -44,6 +46,7 @@ __all__ = [
     "circle_fit",
     "coupled_poles",
     "equivalent_matrices",
+    "fit_fraction",
     "fit_modes",
     "fit_residues",
     "from_rpm",
@@ -63,6 +66,7 @@ __all__ = [
     "pmsm",
     "pseudo_modes",
     "radians",
+    "rational_fraction",
     "rpm",
     "save_foundation",
     "save_frf",
