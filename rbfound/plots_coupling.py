@@ -34,17 +34,17 @@ def beside_truth(
 @styled
 def passivity(frequency: ArrayLike, levels: Mapping[str, ArrayLike]) -> None:
     """The least energy that a foundation takes in, over frequency [Hz]: `rbfound.passivity`. Grey is below zero."""
-    _, ax = plt.subplots(figsize=(7.2, 3.4))
-    markers = ("", ".", "x")
+    figure, ax = plt.subplots(figsize=(7.2, 3.4))
+    markers = ("", "o", "x")
     lowest = min(float(np.min(values)) for values in levels.values())
     ax.axhspan(110 * lowest, 0, color="#eeeeee")
     ax.axhline(0, color=BLACK, lw=0.8)
     # the noisiest first, so that it hides nothing
     pairs = list(zip(levels.items(), LINES, markers, strict=False))
     for (name, values), (color, line), marker in reversed(pairs):
-        style = line if not marker else ""
-        ax.plot(frequency, 100 * np.asarray(values), style, marker=marker, markersize=3, color=color, label=name)
+        style = "None" if marker else line
+        ax.plot(frequency, 100 * np.asarray(values), ls=style, marker=marker, markersize=3, color=color, label=name)
     ax.set(xlabel="frequency [Hz]", ylabel="least loss, part of |H| [%]")
     ax.margins(y=0.02)
-    ax.legend(loc="upper right")
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3)
     plt.show()
