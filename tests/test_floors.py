@@ -56,12 +56,13 @@ FLOORS = {
     "widgets": 6,
     "plots_coupling": 7,
     "plots_peaks": 7,
+    "plots_poles": 7,
     "viewer": 7,
 }
 
 # Packages beyond numpy and scipy, and the modules that may import them: each an extra of its own.
 EXTRAS = {
-    "matplotlib": {"plots", "plots_coupling", "plots_peaks", "viewer"},
+    "matplotlib": {"plots", "plots_coupling", "plots_peaks", "plots_poles", "viewer"},
     "mpl_toolkits": {"plots"},
     "skfem": {"assembly", "mesh", "revolved"},
     "ipywidgets": {"widgets"},
