@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 # The lines of one mode end where |Im H| has fallen to this part of its peak; half of it is left where |Re H| peaks.
 ENOUGH = 0.25
 # Decimals of an error in per cent: what is smaller is rounding.
-DECIMALS = 3
+DECIMALS = 2
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ def test_errors_are_root_mean_squares_in_per_cent_over_the_samples_that_were_rea
     assert columns["method"] == ["one", "other"]
     assert columns["frequency [%]"] == [1.0, 0.0]
     # one of two is 50 % too high: 50 / sqrt(2)
-    assert columns["damping [%]"] == [35.355, 0.0]
+    assert columns["damping [%]"] == [35.36, 0.0]
     assert columns["constant [%]"] == [0.0, 10.0]
     assert columns["read"] == [2, 1]
     never = reading_errors([{"one": Reading(nan, nan, nan)}], 100.0, 0.02, 0.5)
