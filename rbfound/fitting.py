@@ -6,9 +6,9 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import linalg
 
 from rbfound.circle import circle_fit, modal_constants
+from rbfound.complexmodes import real_matrices
 from rbfound.foundation import Foundation, checked_modes
 from rbfound.frf import FRF, SEATS
 from rbfound.peaks import Peaks, nearest_peak
@@ -20,8 +20,6 @@ Complex = NDArray[np.complex128]
 
 # Two columns with a higher MAC than this are nearly the same shape, and Phi can hardly be inverted.
 PARALLEL = 0.9
-# Rounds of the search for the nearest complex modes that a real system can have, and what may be left then.
-ROUNDS, LEFT = 50, 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +142,7 @@ def equivalent_matrices(
     if condition > 1 / np.finfo(float).eps:
         raise ValueError(f"Phi is singular (condition number {condition:.1e}): two columns are the same mode.")
     if np.iscomplexobj(Phi):
-        M, C, K = _real_matrices(Phi.astype(complex), omega, zeta)
+        M, C, K = real_matrices(Phi.astype(complex), omega, zeta)
         foundation = Foundation(M, C, K, np.eye(len(labels)), labels, (*notes, *_warnings(Phi, labels)))
         return replace(foundation, notes=(*foundation.notes, *_active(foundation)))
     inverse = np.linalg.inv(Phi)
@@ -179,41 +177,6 @@ def pmsm(
     )
     what = "Circles" if method == "circle" else "Peaks"
     return equivalent_matrices(modes.Phi, modes.omega, modes.zeta, frf.labels, (f"{what} used: {used}.",))
-
-
-def _real_matrices(Phi: Complex, omega: Array, zeta: Array) -> tuple[Array, Array, Array]:
-    """M, C and K of the real system whose complex modes are nearest to Phi, with these poles."""
-    if (zeta >= 1).any():
-        raise ValueError(f"zeta holds {zeta.max():g}: a complex shape belongs to a mode that oscillates, zeta < 1.")
-    omega_d = omega * np.sqrt(1 - zeta**2)
-    poles = -zeta * omega + 1j * omega_d
-    psi = _proper(Phi / np.sqrt(2j * omega_d))
-    inverse_mass, inverse_stiffness, rate = (
-        2 * np.real(psi * power @ psi.T) for power in (poles, -1 / poles, poles**2)
-    )
-    M, K = linalg.inv(inverse_mass), linalg.inv(inverse_stiffness)
-    M, K, C = (A / 2 + A.T / 2 for A in (M, K, -M @ rate @ M))
-    return M, C, K
-
-
-def _proper(psi: Complex) -> Complex:
-    """The nearest shapes (least squares) with Re psi psi' = 0: (1 - d^2)^-1 (psi - d conj(psi)) with d symmetric.
-
-    The multipliers d follow from S - d P - P d + d S d = 0 with S = Re psi psi' and P = Re psi psi*: a Lyapunov
-    equation with a small correction, as S is small for shapes that are nearly real.
-    """
-    S, P = np.real(psi @ psi.T), np.real(psi @ psi.conj().T)
-    d = np.zeros_like(S)
-    for _ in range(ROUNDS):
-        d = linalg.solve_continuous_lyapunov(P, S + d @ S @ d)
-    proper = linalg.solve(np.eye(len(d)) - d @ d, psi - d @ psi.conj())
-    left = np.abs(np.real(proper @ proper.T)).max() / np.abs(P).max()
-    if not left < LEFT:
-        raise ValueError(
-            f"Phi is too complex for the modes of a real system: with {ROUNDS} rounds of correction {left:.1e} of it "
-            "is left over. Keep the real parts, or look at the phases of its columns."
-        )
-    return np.asarray(proper)
 
 
 def _warnings(Phi: Array | Complex, labels: tuple[str, ...]) -> tuple[str, ...]:

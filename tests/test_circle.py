@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 import rbfound as rb
 from rbfound import sdof
-from rbfound.circle import circle_fit, kasa, modal_constants, taubin
+from rbfound.arc import kasa, taubin
+from rbfound.circle import circle_fit, modal_constants
 
 M, F_N, ZETA = 2.0, 100.3, 0.02
 K = M * rb.radians(F_N) ** 2

@@ -15,6 +15,7 @@ PACKAGE = Path(rbfound.__file__).parent
 
 # A module imports from lower floors only: neither from its own floor nor from above. A new module gets its line here.
 FLOORS = {
+    "arc": 0,
     "beam": 0,
     "leastsquares": 0,
     "mesh": 0,
@@ -25,6 +26,7 @@ FLOORS = {
     "additions": 1,
     "assembly": 1,
     "calculix": 1,
+    "complexmodes": 1,
     "frf": 1,
     "geometry": 1,
     "sdof": 1,
