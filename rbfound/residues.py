@@ -84,10 +84,19 @@ class Residues:
 
         Of each modal constant, the real part, and of that the largest eigenvector, as long as it is positive (compare
         equations 57-61); of either residual, the positive part as pseudo-modes.
+
+        Raises
+        ------
+        ValueError
+            When no residue has such a part.
         """
         values, vectors = np.linalg.eigh(self.modal_constants.real)
-        # a residue that is rounding is no mode
-        real = values[:, -1] > np.finfo(float).eps * float(np.abs(values).max())
+        real = values[:, -1] > NOTHING * np.abs(values).max(axis=1)
+        if not real.any():
+            raise ValueError(
+                f"None of the {len(self.poles)} residues is one of a real mode: the driving points have Im H > 0 "
+                "at the poles. A sensor or a force may be the wrong way round."
+            )
         Phi = (vectors[real, :, -1] * np.sqrt(values[real, -1:])).T
         own, zeta = np.abs(self.poles), -self.poles.real / np.abs(self.poles)
         typical = float(np.median(zeta))

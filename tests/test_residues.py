@@ -145,13 +145,20 @@ def test_a_complex_mode_is_fitted_as_it_is_and_cut_with_a_note():
     np.testing.assert_allclose(np.abs(made.B[:, 0]), np.abs(PHI[:, 0]) * np.sqrt(np.cos(0.2)), rtol=1e-6)
 
 
-def test_a_pole_that_takes_energy_from_nowhere_is_dropped_with_a_warning():
-    frf = known(F_N[:2], ZETA[:2]).frf(LINES)
-    backwards = rb.FRF(LINES, -frf.H)
-    made = rb.fit_residues(backwards, poles_of(F_N[:2], ZETA[:2]), lower=False, upper=0).foundation()
-    text = " ".join(made.notes)
-    # what is left of two dropped modes are crumbs of rounding, or nothing
-    assert np.abs(made.B).max(initial=0) < 1e-6 or "was dropped" in text
+def test_a_pole_whose_driving_points_give_energy_is_dropped_with_a_warning():
+    # the second of three modes with its sign turned
+    one, two, three = (rb.modal_foundation(PHI[:, [r]], rb.radians(F_N[[r]]), ZETA[[r]]).frf(LINES).H for r in range(3))
+    fit = rb.fit_residues(rb.FRF(LINES, one - two + three), poles_of(F_N[:3], ZETA[:3]))
+    made = fit.foundation()
+    assert "the pole at 150 Hz was dropped" in " ".join(made.notes)
+    np.testing.assert_allclose(made.modes().below(1000).frequency, (F_N * np.sqrt(1 - ZETA**2))[[0, 2]], rtol=1e-9)
+    assert passive_everywhere(made)
+
+
+def test_data_with_their_sign_turned_are_an_error_that_names_the_cause():
+    frf = known().frf(LINES)
+    with pytest.raises(ValueError, match=r"None of the 7 residues is one of a real mode.*wrong way round"):
+        rb.fit_residues(rb.FRF(LINES, -frf.H), poles_of()).foundation()
 
 
 def test_lscf_finds_known_modes_and_their_shapes():
@@ -173,6 +180,14 @@ def test_lscf_of_the_solid_foundation_is_within_a_tenth_of_a_per_cent_at_1_per_c
     np.testing.assert_allclose(found.frequency, truth.frequency, rtol=1e-3)
     # the sway at 160 Hz is high in few lines: measured 5 %
     np.testing.assert_allclose(found.damping, truth.damping, rtol=0.08)
+
+
+def test_a_hundred_lines_are_enough_for_all_eight_modes_and_twenty_are_not():
+    truth = rb.load_foundation(DATA / "truth.npz").modes().below(1000)
+    found = rb.lscf(rb.load_frf(DATA / "medium")).modes().below(1000)
+    np.testing.assert_allclose(found.frequency, truth.frequency, rtol=1e-3)
+    with pytest.raises(ValueError, match=r"No stable pole between 25 and 500 Hz.*finer lines"):
+        rb.lscf(rb.load_frf(DATA / "coarse"))
 
 
 def test_the_unit_of_the_data_is_the_unit_of_the_fit():
