@@ -3,7 +3,7 @@
 H(w) = sum over r of [R_r / (iw - p_r) + conj(R_r) / (iw - conj(p_r))]  -  lower / w^2  +  U_0 + U_1 w^2 + ...
 
 A mode far below the band is a free mass there, -1 / (m w^2); one far above it is a spring, 1 / k, and one that is near
-bends the spring's line upwards, hence w^2. (Ewins 2000, section 4.4, has the two plain residuals.)
+bends the spring's line upwards, hence w^2. (Ewins 2000 has the two plain residuals.)
 """
 
 from collections.abc import Iterable
