@@ -11,7 +11,8 @@ from rbfound.leastsquares import (
     State,
     chain,
     compliance,
-    normal_equations,
+    curvature,
+    gradient,
     residuals,
     scale_of,
     tangents,
@@ -20,6 +21,9 @@ from rbfound.leastsquares import (
 # Where pseudo-modes are tried: parts of the band's lower edge, multiples of its upper edge.
 BELOW = (0.3, 0.7)
 ABOVE = (1.01, 1.03, 1.06, 1.1, 1.15, 1.2, 1.3, 1.45, 1.6, 2.0, 3.0, 5.0, 10.0)
+
+# How often a candidate's shape is improved.
+ALTERNATIONS = 6
 
 
 def first_modes(problem: Problem, poles: Complex) -> State:
@@ -78,7 +82,7 @@ def missing_mode(problem: Problem, state: State, own: Array, zeta: float) -> tup
     -------
     State with c modes, one a candidate, and (c,) by how much each would lower the cost (to first order)
     """
-    N, b, _ = normal_equations(problem, state)
+    N, b = curvature(problem, state), gradient(problem, state, residuals(problem, state))
     scale = scale_of(N)
     factor = linalg.cholesky(N / scale[:, None] / scale + 1e-9 * np.eye(len(N)), lower=True)
     size, match, cross = _against(problem, state, own, zeta)
@@ -87,44 +91,76 @@ def missing_mode(problem: Problem, state: State, own: Array, zeta: float) -> tup
     Y = linalg.solve_triangular(factor, (cross / scale).reshape(count * entries, -1).T, lower=True)
     Y = Y.reshape(-1, count, entries)
     match = match - np.einsum("pce,p->ce", Y, linalg.solve_triangular(factor, b / scale, lower=True))
-    Phi, gain = np.zeros((len(state.Phi), count)), np.zeros(count)
-    for c in range(count):
-        Phi[:, c], gain[c] = _rank_one(problem, np.diag(size[c]) - Y[:, c].T @ Y[:, c], match[c], size[c])
-    return State(Phi, own, np.full(count, zeta)), gain
+    Q = size[:, :, None] * np.eye(entries) - np.einsum("pce,pcf->cef", Y, Y)
+    phi, gain = _rank_one(problem, Q, match, size)
+    return State(phi.T.copy(), own, np.full(count, zeta)), gain
 
 
 def _against(problem: Problem, state: State, own: Array, zeta: float) -> tuple[Array, Array, Array]:
     """Of each candidate and entry: its squared norm, its product with the residuals, and with J, (c, entries, ...)."""
     seats, m = state.Phi.shape
-    w = problem.omega
-    new, basis, error = compliance(w, own, np.full(len(own), zeta)), tangents(w, state), residuals(problem, state)
-    size, match = np.zeros((len(own), len(error))), np.zeros((len(own), len(error)))
-    cross = np.zeros((len(own), len(error), seats + 2, m))
-    for e, (i, j) in enumerate(zip(problem.rows, problem.columns, strict=True)):
-        old = (basis * problem.weight[e]).reshape(3 * m, -1).view(float)
-        column = (new * problem.weight[e]).view(float)
+    heavy, thin = np.full(len(own), zeta), problem.thinned()
+    error = problem.weight * residuals(problem, state)
+    match = np.real(compliance(problem.omega, own, heavy) @ error.conj().T)
+    new, basis = compliance(thin.omega, own, heavy), tangents(thin.omega, state)
+    size, cross = np.zeros((len(own), len(error))), np.zeros((len(own), len(error), seats + 2, m))
+    for e, (i, j) in enumerate(zip(thin.rows, thin.columns, strict=True)):
+        old = (basis * thin.weight[e]).reshape(3 * m, -1).view(float)
+        column = (new * thin.weight[e]).view(float)
         product = (column @ old.T).reshape(-1, 3, m)
-        size[:, e], match[:, e] = (column**2).sum(axis=1), column @ error[e].view(float)
+        size[:, e] = (column**2).sum(axis=1)
         for a, p, factor in chain(state, int(i), int(j)):
             cross[:, e, a] += factor * product[:, p]
     return size, match, cross.reshape(len(own), len(error), -1)
 
 
-def _rank_one(problem: Problem, Q: Array, match: Array, size: Array) -> tuple[Array, float]:
-    """The shape phi whose phi phi' lowers the cost most, roughly, and by how much: 0 if none does."""
+def _rank_one(problem: Problem, Q: Array, match: Array, size: Array) -> tuple[Array, Array]:
+    """Of each candidate the shape phi whose phi phi' lowers the cost most, (c, seats), and by how much, 0 if none does.
+
+    Q (c, entries, entries), match and size (c, entries). The cost is no convex function of phi: from two starts, the
+    residue that would be best if any were allowed and the one that points along the gradient, phi is replaced by the
+    best psi in the symmetric part of phi psi', over and over.
+    """
     seats = int(problem.rows.max()) + 1
     unit = 1 / np.sqrt(np.maximum(size, np.finfo(float).tiny))
-    free = unit * np.linalg.solve(Q * unit[:, None] * unit + 1e-6 * np.eye(len(Q)), unit * match)
-    residue = np.zeros((seats, seats))
-    residue[problem.rows, problem.columns] = residue[problem.columns, problem.rows] = free
+    scaled = Q * unit[:, :, None] * unit[:, None, :] + 1e-6 * np.eye(Q.shape[1])
+    free = unit * np.linalg.solve(scaled, (unit * match)[:, :, None])[:, :, 0]
     # seats are brought to one size, else the one that moves most is all that the eigenvector sees
-    level = size[problem.rows == problem.columns] ** 0.25
-    phi = np.linalg.eigh(residue * level[:, None] * level)[1][:, -1] / level
-    product = phi[problem.rows] * phi[problem.columns]
-    along, norm = product @ match, product @ Q @ product
-    if along <= 0 or norm <= 0:
-        return np.zeros(seats), 0.0
-    return phi * np.sqrt(along / norm), float(along**2 / norm)
+    level = size[:, problem.rows == problem.columns] ** 0.25
+    phi, gain = np.zeros((len(Q), seats)), np.zeros(len(Q))
+    for start in (free, unit**2 * match):
+        residue = np.zeros((len(Q), seats, seats))
+        residue[:, problem.rows, problem.columns] = residue[:, problem.columns, problem.rows] = start
+        trial = np.linalg.eigh(residue * level[:, :, None] * level[:, None, :])[1][:, :, -1]
+        for _ in range(ALTERNATIONS):
+            better, worth = _scaled(problem, Q, match, trial / level)
+            improved = worth > gain
+            phi[improved], gain[improved] = better[improved], worth[improved]
+            trial = _other(problem, Q, match, trial, level)
+    return phi, gain
+
+
+def _scaled(problem: Problem, Q: Array, match: Array, phi: Array) -> tuple[Array, Array]:
+    """Shapes at the size that lowers the cost most, and by how much."""
+    product = phi[:, problem.rows] * phi[:, problem.columns]
+    along = np.maximum(np.einsum("ce,ce->c", product, match), 0)
+    norm = np.maximum(np.einsum("ce,cef,cf->c", product, Q, product), np.finfo(float).tiny)
+    return phi * np.sqrt(along / norm)[:, None], along**2 / norm
+
+
+def _other(problem: Problem, Q: Array, match: Array, trial: Array, level: Array) -> Array:
+    """Half way from phi to the psi that is best beside it, both of length 1 in levelled seats."""
+    seats = np.arange(trial.shape[1])
+    left = (problem.columns[:, None] == seats) * (trial / level)[:, problem.rows, None]
+    right = (problem.rows[:, None] == seats) * (trial / level)[:, problem.columns, None]
+    A = (left + right) / 2 / level[:, None, :]
+    square = A.transpose(0, 2, 1) @ Q @ A
+    trace = np.trace(square, axis1=1, axis2=2)[:, None, None]
+    square = square + (1e-9 * trace + np.finfo(float).tiny) * np.eye(len(seats))
+    psi = np.linalg.solve(square, A.transpose(0, 2, 1) @ match[:, :, None])[:, :, 0]
+    psi /= np.maximum(np.linalg.norm(psi, axis=1, keepdims=True), np.finfo(float).tiny)
+    turned = trial + psi * np.sign(np.einsum("cs,cs->c", trial, psi))[:, None]
+    return np.asarray(turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), np.finfo(float).tiny))
 
 
 def decimated(omega: Array, poles: Complex, wanted: int) -> tuple[NDArray[np.intp], Array]:

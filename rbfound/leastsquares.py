@@ -2,7 +2,9 @@
 
 H = sum over r of phi_r phi_r' / (omega_r^2 - w^2 + 2 i zeta_r omega_r w),   phi_r real
 
-Parameters stand in the order phi (seats, m) row by row, log omega (m,), log zeta (m,).
+Parameters stand in the order phi (seats, m) row by row, log omega (m,), log zeta (m,); a shape is taken relative to its
+frequency, so that a step of log omega alone leaves phi / omega as it is. What a mode far above the band does there is
+phi phi' / omega^2: along such a step it hardly changes, and the valley in which the search creeps is nearly straight.
 """
 
 from dataclasses import dataclass, replace
@@ -14,11 +16,19 @@ from scipy import linalg
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-# Bounds of the damping ratio of any mode.
+# Bounds of the damping ratio of any mode, and of its frequency in parts of the band's lower and upper edge: what lies
+# beyond cannot be told from a mass or from a spring.
 LIGHT, HEAVY = 1e-5, 0.5
+NEAR_ZERO, FAR = 0.02, 30.0
 
 # A receptance counts as zero below this part of sqrt(|H_ii H_jj|): there its own size is no measure of its error.
 NOTHING = 1e-4
+
+# The least damping of a step: at that the scaled J'J still has a Cholesky factor, rounding or not.
+LEAST = 1e-12
+
+# A second-order part of a step that is longer than this part of it is left out; how far its probe looks ahead.
+STRAIGHT, PROBE = 0.375, 0.1
 
 # Lines in one piece of the normal equations: keeps what is in memory at a time to a few megabytes.
 BATCH = 2048
@@ -38,6 +48,9 @@ class Problem:
         i and j of each entry.
     averaging : float
         By how much the mean of H_ij and H_ji is surer than either: sqrt(2), or 1 if they are one measurement.
+    sparse : (lines, shares)
+        Some of the lines and for how many each stands. Sums that hold no data, J'J above all, are taken over these:
+        they are smooth functions. Residuals and J'r are those of all lines, and so is what the search ends at.
     """
 
     omega: Array
@@ -46,11 +59,15 @@ class Problem:
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
     averaging: float = 1.0
+    sparse: tuple[NDArray[np.intp], Array] | None = None
 
-    def at(self, lines: NDArray[np.intp], share: Array) -> "Problem":
-        """Some of the lines, each standing for as many as `share` says."""
+    def thinned(self) -> "Problem":
+        """The sparse lines alone, each weighing as much as those it stands for; all if there are none."""
+        if self.sparse is None:
+            return self
+        lines, share = self.sparse
         weight = self.weight[:, lines] * np.sqrt(share)
-        return replace(self, omega=self.omega[lines], H=self.H[:, lines], weight=weight)
+        return replace(self, omega=self.omega[lines], H=self.H[:, lines], weight=weight, sparse=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,17 +119,19 @@ def compliance(omega: Array, own: Array, zeta: Array) -> Complex:
 
 
 def tangents(omega: Array, state: State) -> Complex:
-    """Compliance of each mode and its derivatives by log omega and log zeta, (3, m, n)."""
+    """Compliance of each mode and the derivatives of phi phi' g by log omega and log zeta, over phi phi', (3, m, n)."""
     own, zeta = state.omega[:, None], state.zeta[:, None]
     g = compliance(omega, state.omega, state.zeta)
     damper = 2j * zeta * own * omega
-    return np.stack([g, -(g**2) * (2 * own**2 + damper), -(g**2) * damper])
+    # 2 g: with log omega the shape grows too
+    return np.stack([g, 2 * g - g**2 * (2 * own**2 + damper), -(g**2) * damper])
 
 
 def receptances(problem: Problem, state: State) -> Complex:
     """The model's entries on the problem's lines, (entries, n)."""
     g = compliance(problem.omega, state.omega, state.zeta)
-    return np.asarray((state.Phi[problem.rows] * state.Phi[problem.columns]) @ g)
+    # real times complex as real times real: a quarter of the work
+    return ((state.Phi[problem.rows] * state.Phi[problem.columns]) @ g.view(float)).view(complex)
 
 
 def residuals(problem: Problem, state: State) -> Complex:
@@ -126,31 +145,47 @@ def cost(problem: Problem, state: State) -> float:
     return float(np.vdot(r, r).real)
 
 
-def normal_equations(problem: Problem, state: State) -> tuple[Array, Array, float]:
-    """J'J, J'r and r'r of the residuals r = data - model, with J the derivative of the weighted model.
+def curvature(problem: Problem, state: State) -> Array:
+    """J'J, with J the derivative of the weighted model, from the sparse lines if the problem has them.
 
     Entry (i, j) depends on phi_i, phi_j, omega and zeta only, through the three tangents of each mode; so that the sums
     over the lines are those of 3 m columns, whatever the number of seats.
     """
     seats, m = state.Phi.shape
-    N, gradient, total = np.zeros((seats + 2, m, seats + 2, m)), np.zeros((seats + 2, m)), 0.0
-    for start in range(0, len(problem.omega), BATCH):
-        part = slice(start, start + BATCH)
-        basis = tangents(problem.omega[part], state)
-        model = (state.Phi[problem.rows] * state.Phi[problem.columns]) @ basis[0]
-        error = problem.weight[:, part] * (problem.H[:, part] - model)
-        total += float(np.vdot(error, error).real)
-        for e, (i, j) in enumerate(zip(problem.rows, problem.columns, strict=True)):
-            weighted = (basis * problem.weight[e, part]).reshape(3 * m, -1).view(float)
-            gram = (weighted @ weighted.T).reshape(3, m, 3, m)
-            along = (weighted @ error[e].view(float)).reshape(3, m)
-            terms = chain(state, int(i), int(j))
-            for a, p, ca in terms:
-                gradient[a] += ca * along[p]
-                for b, q, cb in terms:
-                    N[a, :, b, :] += ca[:, None] * gram[p, :, q, :] * cb
+    problem = problem.thinned()
+    gram = np.zeros((len(problem.rows), 3 * m, 3 * m))
+    for part in _batches(problem):
+        basis = tangents(problem.omega[part], state).reshape(3 * m, -1)
+        for e, weight in enumerate(problem.weight[:, part]):
+            weighted = (basis * weight).view(float)
+            gram[e] += weighted @ weighted.T
+    N = np.zeros((seats + 2, m, seats + 2, m))
+    for e, (i, j) in enumerate(zip(problem.rows, problem.columns, strict=True)):
+        square = gram[e].reshape(3, m, 3, m)
+        terms = chain(state, int(i), int(j))
+        for a, p, ca in terms:
+            for b, q, cb in terms:
+                N[a, :, b, :] += ca[:, None] * square[p, :, q, :] * cb
     size = (seats + 2) * m
-    return N.reshape(size, size), gradient.ravel(), total
+    return N.reshape(size, size)
+
+
+def gradient(problem: Problem, state: State, error: Complex) -> Array:
+    """J'error for a weighted error (entries, n) on all lines: (parameters,)."""
+    seats, m = state.Phi.shape
+    out = np.zeros((seats + 2, m))
+    for part in _batches(problem):
+        basis = tangents(problem.omega[part], state).reshape(3 * m, -1)
+        # the real part of conj(basis) error, summed over the lines
+        along = (basis.view(float) @ (problem.weight[:, part] * error[:, part]).view(float).T).reshape(3, m, -1)
+        for e, (i, j) in enumerate(zip(problem.rows, problem.columns, strict=True)):
+            for a, p, factor in chain(state, int(i), int(j)):
+                out[a] += factor * along[p, :, e]
+    return out.ravel()
+
+
+def _batches(problem: Problem) -> list[slice]:
+    return [slice(start, start + BATCH) for start in range(0, len(problem.omega), BATCH)]
 
 
 def chain(state: State, i: int, j: int) -> list[tuple[int, int, Array]]:
@@ -160,39 +195,55 @@ def chain(state: State, i: int, j: int) -> list[tuple[int, int, Array]]:
     return [(i, 0, state.Phi[j]), (j, 0, state.Phi[i]), (seats, 1, both), (seats + 1, 2, both)]
 
 
-def refine(problem: Problem, state: State, *, small: float, iterations: int = 60) -> tuple[State, float]:
+def refine(
+    problem: Problem, state: State, *, small: float, rough: float = 0.0, iterations: int = 60
+) -> tuple[State, float]:
     """Levenberg-Marquardt, scaled by the diagonal of J'J: the modes and what is left of the cost.
 
-    Plain Gauss-Newton overshoots: what lies above the band is ill-determined mode by mode, though its sum is not.
+    Plain Gauss-Newton overshoots: what lies above the band is ill-determined mode by mode, though its sum is not. Each
+    step follows the bend of the valley to second order: geodesic acceleration, Transtrum and Sethna 2012,
+    arXiv:1201.5885.
 
     Parameters
     ----------
-    small : float
-        A step that lowers the cost by less ends the search.
+    small, rough : float
+        A step that lowers the cost by less, or by less than this part of it, ends the search.
     """
     damping, factor = 1e-3, 2.0
-    N, b, now = normal_equations(problem, state)
+    error = residuals(problem, state)
+    now = float(np.vdot(error, error).real)
     for _ in range(iterations):
+        N, b = curvature(problem, state), gradient(problem, state, error)
         scale = scale_of(N)
-        values, vectors = linalg.eigh(N / scale[:, None] / scale)
-        along = vectors.T @ (b / scale)
+        N, b = N / scale[:, None] / scale, b / scale
         while True:
-            step = vectors @ (along / (np.maximum(values, 0) + damping))
-            trial = moved(state, step / scale)
-            then = cost(problem, trial)
+            factor_of = linalg.cho_factor(N + damping * np.eye(len(N)), lower=True)
+            step = linalg.cho_solve(factor_of, b)
+            bend = _bend(problem, state, error, step / scale)
+            turn = linalg.cho_solve(factor_of, gradient(problem, state, bend) / scale) / 2
+            straight = np.linalg.norm(turn) > STRAIGHT * np.linalg.norm(step)
+            trial = moved(problem, state, (step if straight else step + turn) / scale)
+            left = residuals(problem, trial)
+            then = float(np.vdot(left, left).real)
             if then <= now:
                 break
             damping, factor = damping * factor, 2 * factor
             if damping > 1e8:
                 return state, now
-        expected = step @ (b / scale) + damping * step @ step
+        expected = step @ b + damping * step @ step
         agreement = (now - then) / expected if expected > 0 else 1.0
-        damping = max(damping * max(0.2, 1 - (2 * agreement - 1) ** 3), 1e-14)
-        factor, state, decrease = 2.0, trial, now - then
-        if decrease <= small:
-            return state, then
-        N, b, now = normal_equations(problem, state)
+        damping = max(damping * max(0.2, 1 - (2 * agreement - 1) ** 3), LEAST)
+        decrease = now - then
+        factor, state, error, now = 2.0, trial, left, then
+        if decrease <= max(small, rough * now):
+            break
     return state, now
+
+
+def _bend(problem: Problem, state: State, error: Complex, step: Array) -> Complex:
+    """Second derivative of the weighted residuals along a step, (entries, n), by central differences."""
+    ahead, behind = (residuals(problem, moved(problem, state, part * step)) for part in (PROBE, -PROBE))
+    return np.asarray((ahead - 2 * error + behind) / PROBE**2)
 
 
 def scale_of(N: Array) -> Array:
@@ -201,13 +252,23 @@ def scale_of(N: Array) -> Array:
     return np.sqrt(np.maximum(diagonal, 1e-30 * diagonal.max() + np.finfo(float).tiny))
 
 
-def moved(state: State, step: Array) -> State:
-    """The modes after a step of the parameters; a long one is cut, damping stays in its bounds."""
+def moved(problem: Problem, state: State, step: Array) -> State:
+    """The modes after a step of the parameters; a long one is cut, frequency and damping stay in their bounds.
+
+    A step takes no mode across an edge of the band, at most half of the way there: inside and outside are different
+    things, and a first step is easily too long.
+    """
     seats, m = state.Phi.shape
     shapes, frequency, damping = step[: seats * m], step[seats * m : -m], step[-m:]
+    low, high = problem.omega[0], problem.omega[-1]
+    omega = state.omega * np.exp(np.clip(frequency, -0.5, 0.5))
+    for edge in (low, high):
+        half = np.sqrt(state.omega * edge)
+        omega = np.where(state.omega > edge, np.maximum(omega, half), np.minimum(omega, half))
+    omega = np.clip(omega, NEAR_ZERO * low, FAR * high)
     return State(
-        state.Phi + shapes.reshape(seats, m),
-        state.omega * np.exp(np.clip(frequency, -0.2, 0.2)),
+        (state.Phi + shapes.reshape(seats, m)) * (omega / state.omega),
+        omega,
         np.clip(state.zeta * np.exp(np.clip(damping, -1, 1)), LIGHT, HEAVY),
     )
 

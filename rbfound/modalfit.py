@@ -6,7 +6,7 @@ frequency, whatever the data are. What lies outside the band is the sum of a few
 band, has to be right. A mode is added wherever it lowers the misfit by more than noise would.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,9 @@ from rbfound.leastsquares import (
     Problem,
     State,
     compliance,
+    cost,
+    curvature,
     noise_of,
-    normal_equations,
     problem_of,
     refine,
     scale_of,
@@ -32,9 +33,8 @@ from rbfound.units import hertz, radians
 
 Array = NDArray[np.float64]
 
-# Lines of the first fit; the most modes that it may add to those the poles give and one a seat; how many the fit of
-# all lines may add to them.
-FEW, MOST, MORE = 400, 12, 4
+# Lines over which sums without data are taken; the most modes that are added to those the poles give and one a seat.
+FEW, MOST = 200, 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,16 +131,15 @@ def fit_modes(
     poles = _poles(part)
     edges = float(problem.omega[0]), float(problem.omega[-1])
     zeta = float(np.clip(np.median(-poles.real / np.abs(poles)), 2e-3, 0.05)) if len(poles) else 0.02
-    coarse = problem.at(*decimated(problem.omega, poles, FEW))
-    state = completed(coarse, problem, first_modes(problem, poles), edges, zeta, MOST)
-    state = completed(problem, problem, state, edges, zeta, MORE)
+    problem = replace(problem, sparse=decimated(problem.omega, poles, FEW))
+    state = completed(problem, first_modes(problem, poles), edges, zeta, MOST)
     suspects = inside(state, edges) & doubtful(problem, state, *_deviation(problem, state))
     state = pruned(problem, state, np.flatnonzero(suspects))
     if modes is not None:
         state = counted(problem, state, edges, zeta, modes)
     if relative:
         problem = reweighted(problem, state)
-    state, _ = refine(problem, state, small=0.1 * variance_of(problem, state), iterations=20)
+    state, _ = refine(problem, state, small=0.02 * variance_of(problem, state), iterations=40)
     state = state.only(np.argsort(state.omega))
     if not inside(state, edges).any():
         raise ValueError(
@@ -175,12 +174,17 @@ def _poles(part: FRF) -> Complex:
 
 def _covariance(problem: Problem, state: State) -> tuple[Array, float]:
     """Covariance of the parameters, and the standard deviation of a complex weighted residual."""
-    N, _, left = normal_equations(problem, state)
+    N, left = curvature(replace(problem, sparse=None), state), cost(problem, state)
     # real and imaginary part share the variance
     variance = left / max(2 * problem.H.size - len(N), 1)
     scale = scale_of(N)
-    inverse = linalg.pinvh(N / scale[:, None] / scale, rtol=1e-13)
-    return inverse * variance / scale[:, None] / scale, float(np.sqrt(2 * variance))
+    inverse = linalg.pinvh(N / scale[:, None] / scale, rtol=1e-13) / scale[:, None] / scale
+    # from shapes relative to their frequency to shapes
+    seats, m = state.Phi.shape
+    turn = np.eye(len(N))
+    for i in range(seats):
+        turn[i * m : (i + 1) * m, seats * m : -m] = np.diag(state.Phi[i])
+    return turn @ inverse @ turn.T * variance, float(np.sqrt(2 * variance))
 
 
 def _deviation(problem: Problem, state: State) -> tuple[Array, float]:

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import rbfound as rb
-from rbfound.leastsquares import State, moved, normal_equations, problem_of, residuals
+from rbfound.leastsquares import State, curvature, gradient, moved, problem_of, residuals
 
 LINES = np.arange(0.5, 1000.25, 0.5)
 BAND = (20.0, 1000.0)
@@ -171,16 +171,15 @@ def test_the_derivatives_of_the_residuals_are_those_of_finite_differences():
     problem = problem_of(2 * np.pi * frf.frequency, frf.H)
     omega = np.sqrt(np.diag(truth.K))
     state = State(truth.B, omega, np.diag(truth.C) / (2 * omega))
-    N, b, total = normal_equations(problem, state)
+    N, b = curvature(problem, state), gradient(problem, state, residuals(problem, state))
 
     def r(x):
-        return residuals(problem, moved(state, x)).view(float).ravel()
+        return residuals(problem, moved(problem, state, x)).view(float).ravel()
 
     # central differences of step h: an error of h^2
     J = np.array([(r(-e) - r(e)) / 2e-6 for e in 1e-6 * np.eye(len(b))])
     np.testing.assert_allclose(N, J @ J.T, atol=1e-7 * np.abs(N).max())
     np.testing.assert_allclose(b, J @ r(np.zeros(len(b))), atol=1e-7 * np.abs(b).max())
-    assert total == pytest.approx(np.sum(r(np.zeros(len(b))) ** 2))
 
 
 def test_the_stated_deviations_are_those_of_repeated_noise():
