@@ -89,29 +89,27 @@ def missing_mode(problem: Problem, state: State, own: Array, zeta: float) -> tup
     # what the present modes can do by themselves is taken out, of the candidates and of the residuals
     count, entries = size.shape
     Y = linalg.solve_triangular(factor, (cross / scale).reshape(count * entries, -1).T, lower=True)
-    Y = Y.reshape(-1, count, entries)
-    match = match - np.einsum("pce,p->ce", Y, linalg.solve_triangular(factor, b / scale, lower=True))
-    Q = size[:, :, None] * np.eye(entries) - np.einsum("pce,pcf->cef", Y, Y)
+    Y = Y.T.reshape(count, entries, -1)
+    match = match - Y @ linalg.solve_triangular(factor, b / scale, lower=True)
+    Q = size[:, :, None] * np.eye(entries) - Y @ Y.transpose(0, 2, 1)
     phi, gain = _rank_one(problem, Q, match, size)
     return State(phi.T.copy(), own, np.full(count, zeta)), gain
 
 
 def _against(problem: Problem, state: State, own: Array, zeta: float) -> tuple[Array, Array, Array]:
     """Of each candidate and entry: its squared norm, its product with the residuals, and with J, (c, entries, ...)."""
-    seats, m = state.Phi.shape
+    m, entries = len(state.omega), len(problem.rows)
     heavy, thin = np.full(len(own), zeta), problem.thinned()
     error = problem.weight * residuals(problem, state)
-    match = np.real(compliance(problem.omega, own, heavy) @ error.conj().T)
-    new, basis = compliance(thin.omega, own, heavy), tangents(thin.omega, state)
-    size, cross = np.zeros((len(own), len(error))), np.zeros((len(own), len(error), seats + 2, m))
-    for e, (i, j) in enumerate(zip(thin.rows, thin.columns, strict=True)):
-        old = (basis * thin.weight[e]).reshape(3 * m, -1).view(float)
-        column = (new * thin.weight[e]).view(float)
-        product = (column @ old.T).reshape(-1, 3, m)
-        size[:, e] = (column**2).sum(axis=1)
-        for a, p, factor in chain(state, int(i), int(j)):
-            cross[:, e, a] += factor * product[:, p]
-    return size, match, cross.reshape(len(own), len(error), -1)
+    match = compliance(problem.omega, own, heavy).view(float) @ error.view(float).T
+    new, basis = compliance(thin.omega, own, heavy), tangents(thin.omega, state).reshape(3 * m, -1)
+    size = (new.real**2 + new.imag**2) @ (thin.weight**2).T
+    product = np.empty((entries, len(own), m, 3))
+    for e, weight in enumerate(thin.weight):
+        product[e] = (new.view(float) @ (basis * weight**2).view(float).T).reshape(-1, m, 3)
+    # (e, m, c, 3) by (e, m, 3, parameters)
+    cross = np.matmul(product.transpose(0, 2, 1, 3), chain(state, problem.rows, problem.columns).transpose(0, 1, 3, 2))
+    return size, match, cross.transpose(2, 0, 3, 1).reshape(len(own), entries, -1)
 
 
 def _rank_one(problem: Problem, Q: Array, match: Array, size: Array) -> tuple[Array, Array]:

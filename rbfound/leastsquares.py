@@ -24,11 +24,11 @@ NEAR_ZERO, FAR = 0.02, 30.0
 # A receptance counts as zero below this part of sqrt(|H_ii H_jj|): there its own size is no measure of its error.
 NOTHING = 1e-4
 
-# The least damping of a step: at that the scaled J'J still has a Cholesky factor, rounding or not.
-LEAST = 1e-12
-
 # A second-order part of a step that is longer than this part of it is left out; how far its probe looks ahead.
 STRAIGHT, PROBE = 0.375, 0.1
+
+# The least damping of a step: at that the scaled J'J still has a Cholesky factor, rounding or not.
+LEAST = 1e-12
 
 # Lines in one piece of the normal equations: keeps what is in memory at a time to a few megabytes.
 BATCH = 2048
@@ -114,17 +114,22 @@ def size_of(H: Complex, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Ar
 
 def compliance(omega: Array, own: Array, zeta: Array) -> Complex:
     """1 / (own^2 - omega^2 + 2 i zeta own omega) of each mode, (m, n)."""
-    own, zeta = own[:, None], zeta[:, None]
-    return np.asarray(1 / (own**2 - omega**2 + 2j * zeta * own * omega))
+    # real and imaginary part by hand: a complex division takes five times as long
+    real, damper = (own**2)[:, None] - omega**2, (2 * zeta * own)[:, None] * omega
+    size = 1 / (real * real + damper * damper)
+    g = np.empty(real.shape, dtype=complex)
+    g.real, g.imag = real * size, -damper * size
+    return g
 
 
 def tangents(omega: Array, state: State) -> Complex:
-    """Compliance of each mode and the derivatives of phi phi' g by log omega and log zeta, over phi phi', (3, m, n)."""
+    """Compliance of each mode and the derivatives of phi phi' g by log omega and log zeta, over phi phi', (m, 3, n)."""
     own, zeta = state.omega[:, None], state.zeta[:, None]
     g = compliance(omega, state.omega, state.zeta)
     damper = 2j * zeta * own * omega
     # 2 g: with log omega the shape grows too
-    return np.stack([g, 2 * g - g**2 * (2 * own**2 + damper), -(g**2) * damper])
+    square = g * g
+    return np.stack([g, 2 * g - square * (2 * own**2 + damper), -square * damper], axis=1)
 
 
 def receptances(problem: Problem, state: State) -> Complex:
@@ -151,52 +156,54 @@ def curvature(problem: Problem, state: State) -> Array:
     Entry (i, j) depends on phi_i, phi_j, omega and zeta only, through the three tangents of each mode; so that the sums
     over the lines are those of 3 m columns, whatever the number of seats.
     """
-    seats, m = state.Phi.shape
     problem = problem.thinned()
-    gram = np.zeros((len(problem.rows), 3 * m, 3 * m))
+    entries, m = len(problem.rows), len(state.omega)
+    gram = np.zeros((entries, 3 * m, 3 * m))
     for part in _batches(problem):
         basis = tangents(problem.omega[part], state).reshape(3 * m, -1)
         for e, weight in enumerate(problem.weight[:, part]):
             weighted = (basis * weight).view(float)
             gram[e] += weighted @ weighted.T
-    N = np.zeros((seats + 2, m, seats + 2, m))
-    for e, (i, j) in enumerate(zip(problem.rows, problem.columns, strict=True)):
-        square = gram[e].reshape(3, m, 3, m)
-        terms = chain(state, int(i), int(j))
-        for a, p, ca in terms:
-            for b, q, cb in terms:
-                N[a, :, b, :] += ca[:, None] * square[p, :, q, :] * cb
-    size = (seats + 2) * m
-    return N.reshape(size, size)
+    C = chain(state, problem.rows, problem.columns)
+    parameters = C.shape[2]
+    # the parameters take the place of the tangents, first on one side, then on the other
+    half = np.matmul(C, gram.reshape(entries, m, 3, 3 * m)).reshape(entries, m * parameters, m, 3)
+    half = half.transpose(2, 1, 0, 3).reshape(m, m * parameters, 3 * entries)
+    other = C.transpose(1, 0, 3, 2).reshape(m, 3 * entries, parameters)
+    N = np.matmul(half, other).reshape(m, m, parameters, parameters).transpose(2, 1, 3, 0)
+    return N.reshape(parameters * m, parameters * m)
 
 
 def gradient(problem: Problem, state: State, error: Complex) -> Array:
     """J'error for a weighted error (entries, n) on all lines: (parameters,)."""
-    seats, m = state.Phi.shape
-    out = np.zeros((seats + 2, m))
+    entries, m = len(problem.rows), len(state.omega)
+    along = np.zeros((entries, 3 * m))
     for part in _batches(problem):
         basis = tangents(problem.omega[part], state).reshape(3 * m, -1)
-        # the real part of conj(basis) error, summed over the lines
-        along = (basis.view(float) @ (problem.weight[:, part] * error[:, part]).view(float).T).reshape(3, m, -1)
-        for e, (i, j) in enumerate(zip(problem.rows, problem.columns, strict=True)):
-            for a, p, factor in chain(state, int(i), int(j)):
-                out[a] += factor * along[p, :, e]
-    return out.ravel()
+        # real parts times real parts and imaginary parts times imaginary parts, summed over the lines
+        along += (problem.weight[:, part] * error[:, part]).view(float) @ basis.view(float).T
+    out = np.matmul(chain(state, problem.rows, problem.columns), along.reshape(entries, m, 3, 1))
+    return out.sum(axis=0)[..., 0].T.ravel()
 
 
 def _batches(problem: Problem) -> list[slice]:
     return [slice(start, start + BATCH) for start in range(0, len(problem.omega), BATCH)]
 
 
-def chain(state: State, i: int, j: int) -> list[tuple[int, int, Array]]:
-    """How entry (i, j) depends on the parameters: (row of parameters, which tangent, factor of each mode)."""
-    seats = len(state.Phi)
-    both = state.Phi[i] * state.Phi[j]
-    return [(i, 0, state.Phi[j]), (j, 0, state.Phi[i]), (seats, 1, both), (seats + 1, 2, both)]
+def chain(state: State, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Array:
+    """How each entry depends on the parameters of each mode through its tangents, (entries, m, seats + 2, 3)."""
+    seats, m = state.Phi.shape
+    C = np.zeros((len(rows), m, seats + 2, 3))
+    every = np.arange(len(rows))
+    C[every, :, rows, 0] = state.Phi[columns]
+    # on the diagonal both are the same parameter
+    C[every, :, columns, 0] += state.Phi[rows]
+    C[:, :, seats, 1] = C[:, :, seats + 1, 2] = state.Phi[rows] * state.Phi[columns]
+    return C
 
 
 def refine(
-    problem: Problem, state: State, *, small: float, rough: float = 0.0, iterations: int = 60
+    problem: Problem, state: State, *, small: float, rough: float = 0.0, enough: float = 0.0, iterations: int = 60
 ) -> tuple[State, float]:
     """Levenberg-Marquardt, scaled by the diagonal of J'J: the modes and what is left of the cost.
 
@@ -208,19 +215,22 @@ def refine(
     ----------
     small, rough : float
         A step that lowers the cost by less, or by less than this part of it, ends the search.
+    enough : float
+        So does a cost below this.
     """
     damping, factor = 1e-3, 2.0
-    error = residuals(problem, state)
+    error, thin = residuals(problem, state), problem.thinned()
     now = float(np.vdot(error, error).real)
     for _ in range(iterations):
         N, b = curvature(problem, state), gradient(problem, state, error)
         scale = scale_of(N)
-        N, b = N / scale[:, None] / scale, b / scale
+        N /= scale[:, None] * scale
+        here = receptances(thin, state)
         while True:
-            factor_of = linalg.cho_factor(N + damping * np.eye(len(N)), lower=True)
-            step = linalg.cho_solve(factor_of, b)
-            bend = _bend(problem, state, error, step / scale)
-            turn = linalg.cho_solve(factor_of, gradient(problem, state, bend) / scale) / 2
+            solve = linalg.cho_factor(N + damping * np.eye(len(N)), check_finite=False)
+            step = linalg.cho_solve(solve, b / scale, check_finite=False)
+            bend = gradient(thin, state, _bend(thin, state, here, step / scale))
+            turn = linalg.cho_solve(solve, bend / scale, check_finite=False) / 2
             straight = np.linalg.norm(turn) > STRAIGHT * np.linalg.norm(step)
             trial = moved(problem, state, (step if straight else step + turn) / scale)
             left = residuals(problem, trial)
@@ -230,20 +240,20 @@ def refine(
             damping, factor = damping * factor, 2 * factor
             if damping > 1e8:
                 return state, now
-        expected = step @ b + damping * step @ step
+        expected = step @ (b / scale) + damping * step @ step
         agreement = (now - then) / expected if expected > 0 else 1.0
         damping = max(damping * max(0.2, 1 - (2 * agreement - 1) ** 3), LEAST)
         decrease = now - then
         factor, state, error, now = 2.0, trial, left, then
-        if decrease <= max(small, rough * now):
+        if decrease <= max(small, rough * now) or now < enough:
             break
     return state, now
 
 
-def _bend(problem: Problem, state: State, error: Complex, step: Array) -> Complex:
-    """Second derivative of the weighted residuals along a step, (entries, n), by central differences."""
-    ahead, behind = (residuals(problem, moved(problem, state, part * step)) for part in (PROBE, -PROBE))
-    return np.asarray((ahead - 2 * error + behind) / PROBE**2)
+def _bend(problem: Problem, state: State, here: Complex, step: Array) -> Complex:
+    """Second derivative of the weighted residuals along a step, (entries, n), by central differences about `here`."""
+    ahead, behind = (receptances(problem, moved(problem, state, part * step)) for part in (PROBE, -PROBE))
+    return np.asarray(problem.weight * (2 * here - ahead - behind) / PROBE**2)
 
 
 def scale_of(N: Array) -> Array:

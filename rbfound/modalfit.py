@@ -28,13 +28,16 @@ from rbfound.leastsquares import (
     scale_of,
 )
 from rbfound.modesearch import completed, counted, doubtful, inside, pruned, reweighted, variance_of
-from rbfound.polyreference import lines_in, stabilisation, stable_poles
+from rbfound.polyreference import largest_order, lines_in, stabilisation, stable_poles
 from rbfound.units import hertz, radians
 
 Array = NDArray[np.float64]
 
 # Lines over which sums without data are taken; the most modes that are added to those the poles give and one a seat.
 FEW, MOST = 200, 16
+
+# Orders of the denominator that are tried, where the lines allow them.
+ORDERS = range(10, 21, 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +170,8 @@ def _check(part: FRF, band: tuple[float, float], modes: int | None) -> None:
 def _poles(part: FRF) -> Complex:
     """Stable poles, or none: then every mode is looked for in what is left of the data."""
     try:
-        return stable_poles(stabilisation(part))[0]
+        enough = largest_order(len(part.frequency), len(part.labels)) >= ORDERS[-1]
+        return stable_poles(stabilisation(part, ORDERS if enough else None))[0]
     except ValueError:
         return np.zeros(0, dtype=complex)
 

@@ -64,8 +64,10 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
             best = int(np.where(within & (gain < WORTH * variance), 0.0, gain).argmax())
             least = variance * (WORTH if within[best] else WORTH_OUTSIDE)
             if gain[best] > least:
-                joined = state.joined(new.only(np.array([best])))
-                more, then = refine(problem, joined, small=variance, rough=ROUGH, iterations=80)
+                more, then = state.joined(new.only(np.array([best]))), np.inf
+                for share in (ROUGH, 0.0):
+                    if left - then <= least:
+                        more, then = refine(problem, more, small=0.1 * variance, rough=share, iterations=80)
                 if left - then > least:
                     state, added, thorough = more, added + 1, False
                     continue
