@@ -32,6 +32,7 @@ FLOORS = {
     "sdof": 1,
     "system": 1,
     "peaks": 2,
+    "confidence": 2,
     "modesearch": 2,
     "polyreference": 2,
     "circle": 3,
