@@ -57,6 +57,8 @@ FLOORS = {
     "impedance": 6,
     "plots": 6,
     "widgets": 6,
+    "roads": 7,
+    "plots_bars": 7,
     "plots_coupling": 7,
     "plots_peaks": 7,
     "plots_poles": 7,
@@ -65,7 +67,7 @@ FLOORS = {
 
 # Packages beyond numpy and scipy, and the modules that may import them: each an extra of its own.
 EXTRAS = {
-    "matplotlib": {"plots", "plots_coupling", "plots_peaks", "plots_poles", "viewer"},
+    "matplotlib": {"plots", "plots_bars", "plots_coupling", "plots_peaks", "plots_poles", "viewer"},
     "mpl_toolkits": {"plots"},
     "skfem": {"assembly", "mesh", "revolved"},
     "ipywidgets": {"widgets"},
