@@ -11,7 +11,7 @@ from rbfound.leastsquares import Array, Problem, State, compliance, cost, curvat
 # Outside the band the data are matched by no more pseudo-modes than noise lets show. What it hides is small, but leans
 # on the modes that are there. Residues that are free at these parts of the lower and multiples of the upper edge stand
 # for it.
-HIDDEN_BELOW, HIDDEN_ABOVE = (0.5,), (1.02, 1.1, 1.3, 2.0, 5.0)
+HIDDEN_BELOW, HIDDEN_ABOVE = (0.5,), (1.005, 1.02, 1.05, 1.1, 1.2, 1.4, 1.8, 2.5, 5.0, 10.0)
 
 
 def covariance_of(problem: Problem, state: State) -> tuple[Array, float]:
