@@ -6,7 +6,7 @@
 
 const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3], [4, 2], [12, 4]];
 const NEAR = { mouse: 9, touch: 22, pen: 14 };
-const WIDE = { left: 62, right: 14, lane: 46, gap: 12, foot: 34, comb: 50 };
+const WIDE = { left: 62, right: 14, lane: 46, gap: 12, foot: 34, comb: 62 };
 const SUPER = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 const PATIENCE = 4000;
 
@@ -31,7 +31,8 @@ const raised = (n) => String(n).replace("-", "⁻").replace(/\d/g, (d) => SUPER[
 function number(value, digits = 4) {
   if (value === null || value === undefined || !isFinite(value)) return "–";
   if (value === 0) return "0";
-  const size = Math.abs(Number(value.toPrecision(digits)));
+  value = Number(value.toPrecision(digits));
+  const size = Math.abs(value);
   if (size >= 1e-3 && size < 1e6) return minus(value.toFixed(Math.max(digits - 1 - Math.floor(Math.log10(size)), 0)));
   const [a, b] = value.toExponential(digits - 1).split("e");
   return `${minus(a)}·10${raised(Number(b))}`;
@@ -140,7 +141,7 @@ class Picker {
     const bar = make(inner, "div", { className: "rbp-bar" });
     const choice = (text, options, value, change) => {
       const label = make(bar, "label", { textContent: text });
-      const select = make(label, "select");
+      const select = make(label, "select", {}, { "aria-label": text });
       for (const [key, name] of options) make(select, "option", { value: key, textContent: name });
       select.value = value;
       select.onchange = () => change(select.value);
@@ -171,11 +172,16 @@ class Picker {
     this.front = make(this.plot, "canvas", { tabIndex: 0 }, { role: "img" });
     this.lane = make(this.plot, "div", { className: "rbp-lane" }, { role: "group", "aria-label": "Peaks" });
     this.buildZoom();
+    const legend = make(left, "p", { className: "rbp-legend" });
+    for (const [kind, text] of [["data", "data"], ["fit", "picked foundation"], ["peak", "peak"], ["half", "half-power points"]]) {
+      make(make(legend, "span", { textContent: ` ${text}` }), "i", { className: `is-${kind}` });
+    }
     this.message = make(left, "p", { className: "rbp-message", hidden: true }, { role: "status" });
     this.list = make(left, "div", { className: "rbp-peaks" });
     this.spoken = make(left, "p", { className: "rbp-spoken" }, { "aria-live": "polite" });
     this.buildHelp(left);
     this.side = make(main, "div", { className: "rbp-side" });
+    this.below = make(main, "div", { className: "rbp-side rbp-below" });
   }
 
   buildChoice(bar) {
@@ -235,7 +241,7 @@ class Picker {
     make(help, "summary", { textContent: "Mouse, touch and keys" });
     const list = make(help, "ul");
     for (const text of [
-      "Drag a peak's line or its name; drag the two squares of the selected peak to change its half-power width.",
+      "Drag a peak's line or its name; a double click puts it on the nearest maximum. Drag the two squares of the selected peak to change its half-power width.",
       "← and → move the selected peak by a line, with Shift by a tenth, Page Up and Page Down by ten; ↑ and ↓ widen and " +
         "narrow it. Tab goes to the next peak. Home puts it on the nearest maximum.",
       "Delete removes a peak, Insert or Enter adds one.",
@@ -255,7 +261,7 @@ class Picker {
     this.on(plot, "pointermove", (e) => this.move(e));
     for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) this.on(plot, name, (e) => this.up(e));
     this.on(plot, "wheel", (e) => this.wheel(e), { passive: false });
-    this.on(this.front, "dblclick", () => this.reset());
+    this.on(plot, "dblclick", (e) => this.twice(e));
     this.on(plot, "keydown", (e) => this.key(e));
     const heard = { "change:result": () => this.received(), "change:peaks": () => this.told(), "change:method": () => this.told() };
     for (const [name, act] of Object.entries(heard)) {
@@ -348,7 +354,7 @@ class Picker {
     this.message.className = `rbp-message is-${kind}`;
     const stale = Boolean(text) && kind === "stale";
     if (stale && this.good) make(this.message, "span", { textContent: " Greyed: the last foundation that could be had." });
-    this.side.classList.toggle("is-stale", stale);
+    for (const part of [this.side, this.below]) part.classList.toggle("is-stale", stale);
     this.stale = stale;
   }
   choose(method) {
@@ -443,10 +449,13 @@ class Picker {
     const labels = this.scene.labels, taken = this.peaks.map((p) => p.seat);
     const missing = this.peaks.length < labels.length ? labels.find((label) => !taken.includes(label)) ?? labels[0] : null;
     if (missing === null) return this.tell("Every seat has its peak: delete one first.");
-    const middle = this.frequency((this.box.left + this.box.right) / 2);
-    const near = this.reading(labels.indexOf(missing), middle);
-    const inside = near && near.frequency > this.view.low && near.frequency < this.view.high;
-    this.peaks.push({ seat: missing, frequency: inside ? near.frequency : middle, damping: null });
+    // the highest maximum in sight that has no peak yet
+    const free = (f) => this.peaks.every((p) => Math.abs(p.frequency / f - 1) > 0.03);
+    const [best] = this.scene.readings[labels.indexOf(missing)]
+      .filter((p) => p.frequency > this.view.low && p.frequency < this.view.high && free(p.frequency))
+      .sort((a, b) => b.height - a.height);
+    const frequency = best?.frequency ?? this.frequency((this.box.left + this.box.right) / 2);
+    this.peaks.push({ seat: missing, frequency, damping: null });
     this.renderPeaks();
     this.select(this.peaks.length - 1, true);
     this.send();
@@ -522,7 +531,7 @@ class Picker {
     if (this.handles.length !== peaks.length) return this.renderPeaks();
     peaks.forEach((peak, k) => {
       const handle = this.handles[k], name = this.name(k), seat = this.seatOf(k), on = k === this.selected;
-      const text = on && !this.found() ? `${name}  ${number(peak.frequency)} Hz` : name;
+      const text = on && !this.found() && !this.box?.narrow ? `${name}  ${number(peak.frequency)} Hz` : name;
       if (handle.textContent !== text) handle.textContent = text;
       handle.classList.toggle("is-on", on);
       handle.style.setProperty("--own", seat < 0 ? this.ink("ink") : this.colours[seat]);
@@ -561,12 +570,12 @@ class Picker {
 
   // ---- what follows from the peaks ----
   renderSide() {
-    const { good, side } = this;
-    if (!good) { side.replaceChildren(); return; }
-    const box = document.createDocumentFragment();
+    const { good } = this;
+    if (!good) return;
+    const box = document.createDocumentFragment(), below = document.createDocumentFragment();
     this.sideCondition(box, good);
-    const card = (title, unit = "", note = "") => {
-      const part = make(box, "section", { className: "rbp-card" });
+    const card = (title, unit = "", note = "", where = box) => {
+      const part = make(where, "section", { className: "rbp-card" });
       const head = make(part, "h4", { textContent: title });
       if (unit) make(head, "small", { textContent: ` ${unit}` });
       if (note) make(part, "p", { textContent: note });
@@ -585,16 +594,15 @@ class Picker {
       card("M, C, K", "", `${good.coordinates} modal coordinates: M is the unit matrix, C = diag(2ζω) and K = diag(ω²). ` +
         "Φ shows the modes of the band.");
     }
-    if (this.scene.rotor) this.frequencies(card("Under the rotor", "[Hz], at rest"), good.under);
-    this.frequencies(card("Foundation alone", "[Hz]"), good.alone);
-    const scroll = side.scrollTop;
-    side.replaceChildren(box);
-    side.scrollTop = scroll;
+    if (this.scene.rotor) this.frequencies(card("Under the rotor at rest", "[Hz]", "", below), good.under);
+    this.frequencies(card("Foundation alone", "[Hz]", "", below), good.alone);
+    this.side.replaceChildren(box);
+    this.below.replaceChildren(below);
   }
   sideCondition(box, good) {
     const part = make(box, "section", { className: "rbp-card rbp-cond" }), c = good.condition;
     make(part, "h4", { textContent: "cond(Φ)" });
-    make(part, "output", { textContent: number(c, 3) });
+    make(part, "strong", { textContent: number(c, 3) });
     const words = c < 10 ? "the shapes are distinct" : c < 100 ? "the shapes are alike"
       : c < 1000 ? "two columns are nearly one mode" : "one mode twice: M, C, K are made of reading errors";
     make(part, "span", { textContent: words });
@@ -604,7 +612,7 @@ class Picker {
     for (let k = 0; k <= 5; k++) make(ends, "span", { textContent: k ? `10${raised(k)}` : "1" });
   }
   matrix(part, values, columns) {
-    const table = make(part, "table", { className: "rbp-matrix" }), head = make(make(table, "thead"), "tr");
+    const table = make(part, "table", { className: `rbp-matrix${columns.length > this.seats ? " is-long" : ""}` }), head = make(make(table, "thead"), "tr");
     make(head, "td");
     for (const name of columns) make(head, "th", { textContent: name, scope: "col" });
     const body = make(table, "tbody"), size = Math.max(...values.flat().map(Math.abs)) || 1;
@@ -631,7 +639,8 @@ class Picker {
       if (compared) make(row, "td", { textContent: truth ? truth.toFixed(1) : "–" });
       make(row, "td", { textContent: found ? found.toFixed(1) : "–" });
       if (!compared) continue;
-      const text = off === null ? (truth ? "missing" : "extra") : minus(`${off < 0 ? "" : "+"}${off.toFixed(2)}`);
+      const text = off === null ? (truth ? "missing" : "extra")
+        : Math.abs(off) < 0.005 ? "0.00" : minus(`${off < 0 ? "" : "+"}${off.toFixed(2)}`);
       make(row, "td", { textContent: text, className: off === null ? "is-word" : Math.abs(off) > 1 ? "is-off" : "" });
     }
   }
@@ -761,6 +770,12 @@ class Picker {
     this.plot.classList.remove("is-dragging");
     if (drag?.pinch && this.pointers.size) [this.drag] = [...this.pointers.values()].map(([x, y]) => ({ x, y }));
   }
+  twice(event) {
+    if (event.target.closest("button")) return;
+    const tag = event.target.closest(".rbp-handle");
+    const k = tag ? this.handles.indexOf(tag) : this.hit(...this.place(event), NEAR.mouse)?.k;
+    if (k === undefined) this.reset(); else this.snap(k);
+  }
   wheel(event) {
     // the page scrolls until the picture has been clicked
     if (!event.ctrlKey && !this.plot.contains(document.activeElement)) return;
@@ -778,8 +793,8 @@ class Picker {
     const { key } = event;
     this.moved = event.timeStamp;
     if (key === "Insert" || key === "Enter") this.add();
-    else if (key === "+" || key === "=") this.zoom(1 / 1.5);
-    else if (key === "-" || key === "_") this.zoom(1.5);
+    else if (key === "+" || key === "=") this.zoom(1 / 1.5, on ? this.x(this.marks()[k].frequency) : undefined);
+    else if (key === "-" || key === "_") this.zoom(1.5, on ? this.x(this.marks()[k].frequency) : undefined);
     else if (key === "0") this.reset();
     else if (key === "Escape" && on) this.front.focus();
     else if (on && (key in moves || key in widths || ["Home", "Delete", "Backspace"].includes(key))) {
@@ -822,12 +837,12 @@ class Picker {
   fitCanvas(width) {
     const unit = Math.min(devicePixelRatio || 1, 3), narrow = width < 520;
     const combed = this.scene.rotor || this.scene.truth ? WIDE.comb : 0;
-    const high = Math.round(bound(width * 0.62, 300, 440)) + combed;
+    const high = Math.round(bound(width * 0.62, 370, 460)) + combed;
     const left = narrow ? 50 : WIDE.left, right = width - (narrow ? 8 : WIDE.right);
     const end = high - WIDE.foot - combed, split = WIDE.lane + Math.round((end - WIDE.lane - WIDE.gap) * 0.64);
     this.box = {
       width, high, left, right, narrow, upper: [WIDE.lane, split], lower: [split + WIDE.gap, end],
-      comb: combed ? [high - combed + 6, high - 6] : null,
+      comb: combed ? [high - combed + 18, high - 6] : null,
     };
     if (this.unit === unit && this.wide === width && this.tall === high) return;
     [this.unit, this.wide, this.tall, this.all] = [unit, width, high, true];
@@ -986,7 +1001,7 @@ class Picker {
 
   drawFront() {
     const context = this.context(this.front), { upper, lower } = this.box;
-    this.grips = null;
+    this.grips = this.caption = null;
     [upper, lower].forEach((panel, k) => {
       context.save();
       this.clip(context, panel);
@@ -995,6 +1010,7 @@ class Picker {
       context.restore();
     });
     this.marks().forEach((peak, k) => this.drawPeak(context, peak, k));
+    this.caption?.();
     this.drawNames(context);
     this.drawComb(context);
   }
@@ -1039,10 +1055,19 @@ class Picker {
     }
     if (!on) return;
     this.grips = { low: a, high: b, y };
+    this.caption = () => this.writeWidth(context, w, a, b, y);
+  }
+  writeWidth(context, w, a, b, y) {
+    const { upper } = this.box;
     const text = `${number(w.high - w.low, 3)} Hz wide, ζ ${number(100 * w.damping, 3)} %`;
     const wide = context.measureText(text).width, { left, right } = this.box;
     const fits = b + 12 + wide < right;
-    this.write(context, text, fits ? b + 12 : Math.max(a - 12, left + wide + 4), bound(y, upper[0] + 26, upper[1] - 10), fits ? "left" : "right", "ink", true);
+    const x = fits ? b + 12 : Math.max(a - 12, left + wide + 4), at = bound(y, upper[0] + 26, upper[1] - 10);
+    context.fillStyle = this.ink("paper");
+    context.globalAlpha = 0.85;
+    context.fillRect((fits ? x : x - wide) - 4, at - 9, wide + 8, 18);
+    context.globalAlpha = 1;
+    this.write(context, text, x, at, fits ? "left" : "right");
   }
   drawPeak(context, peak, k) {
     const x = this.x(peak.frequency), seat = this.seatOf(k), { left, right, lower } = this.box;
@@ -1069,9 +1094,9 @@ class Picker {
     const { upper, right } = this.box, labels = this.scene.labels, kind = this.panels()[0];
     const names = this.pairsShown().map(([i, j]) => ({
       text: i === j ? labels[j] : `${labels[i]}←${labels[j]}`, colour: this.colours[j],
-      y: bound(this.height(this.data.value(i, j, kind, this.view.high), 0), upper[0] + 8, upper[1] - 8),
+      y: bound(this.height(this.data.value(i, j, kind, this.view.high), 0), upper[0] + 46, upper[1] - 8),
     })).sort((a, b) => a.y - b.y);
-    const gap = Math.min(13, (upper[1] - upper[0] - 12) / Math.max(names.length, 1));
+    const gap = Math.min(13, (upper[1] - upper[0] - 50) / Math.max(names.length, 1));
     for (let k = 1; k < names.length; k++) names[k].y = Math.max(names[k].y, names[k - 1].y + gap);
     let most = upper[1] - 8;
     for (const name of names.reverse()) {
@@ -1087,7 +1112,10 @@ class Picker {
     const rows = this.scene.rotor ? this.good.under : this.good.alone, [top, bottom] = comb, middle = (top + bottom) / 2;
     const truth = Boolean(this.scene.truth);
     context.globalAlpha = this.stale ? 0.4 : 1;
-    this.write(context, this.scene.rotor ? "rotor" : "modes", 4, truth ? top + 7 : middle, "left", "soft");
+    const what = this.scene.rotor ? "natural frequencies under the rotor" : "natural frequencies of the foundation";
+    this.write(context, what, (left + right) / 2, top - 9, "center", "soft");
+    if (truth) this.write(context, "truth", left - 6, top + 9, "right");
+    this.write(context, "picked", left - 6, truth ? bottom - 9 : middle, "right", "picked");
     context.save();
     this.clip(context, comb);
     context.strokeStyle = this.ink("line");
@@ -1108,10 +1136,6 @@ class Picker {
       if (true_ && found) this.stroke(context, this.x(true_), middle - 5, this.x(found), middle + 5);
     }
     context.restore();
-    if (truth) {
-      this.write(context, this.box.narrow ? "T" : "truth", right - 5, top + 9, "right", "ink", true);
-      this.write(context, this.box.narrow ? "P" : "picked", right - 5, bottom - 9, "right", "picked", true);
-    }
     context.globalAlpha = 1;
   }
   stroke(context, a, b, c, d) {

@@ -115,6 +115,7 @@ class Stage:
         self.page.on("request", lambda request: self.troubles.extend(self.away(request.url)))
         self.page.goto(path.as_uri())
         self.settle()
+        self.session = self.context.new_cdp_session(self.page)
         self.canvas = self.page.locator(".rbp-plot canvas").last
         self.handles = self.page.locator(".rbp-handle")
 
@@ -278,6 +279,7 @@ def test_delete_takes_a_peak_away_calmly_and_insert_brings_one_back(stage: Stage
 
 def test_frequency_and_damping_can_be_typed(stage: Stage) -> None:
     stage.page.get_by_label("frequency of peak y1 in hertz").fill("279")
+    stage.page.keyboard.press("Enter")
     stage.page.get_by_label("damping ratio of peak y1 in percent").fill("3")
     stage.page.keyboard.press("Enter")
     stage.settle()
@@ -343,9 +345,10 @@ def test_other_curves_and_other_axes_are_other_pictures(stage: Stage) -> None:
     assert len(set(pictures)) == len(pictures)
 
 
-def test_the_page_goes_on_from_what_its_host_sets(stage: Stage) -> None:
+def test_the_page_goes_on_from_what_its_host_sets(stage: Stage, bench: Bench) -> None:
     peaks = [
-        {"seat": s, "frequency": f, "damping": None} for s, f in zip(("x1", "y1", "x2", "y2"), (150, 350, 151, 349))
+        {"seat": s, "frequency": f, "damping": None}
+        for s, f in zip(bench.frf.labels, (150, 350, 151, 349), strict=True)
     ]
     stage.page.evaluate("peaks => { model.set('peaks', peaks); model.save_changes(); }", peaks)
     stage.settle()
@@ -394,9 +397,7 @@ def phone(browser: Any, bench: Bench, tmp_path: Path) -> Iterator[Stage]:
 
 def touch(stage: Stage, kind: str, *points: tuple[float, float]) -> None:
     """Fingers, as Chromium's own protocol sends them."""
-    session = stage.context.new_cdp_session(stage.page)
-    session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y} for x, y in points]})
-    session.detach()
+    stage.session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y} for x, y in points]})
 
 
 def test_a_finger_drags_a_peak_and_two_fingers_zoom(phone: Stage) -> None:
