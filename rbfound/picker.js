@@ -299,7 +299,7 @@ class Picker {
     if (this.busy) { this.again = true; return; }
     this.again = false;
     this.busy = Math.ceil(Math.random() * 1e9);
-    this.sent = performance.now();
+    this.sent = this.moved ?? performance.now();
     this.model.set("peaks", this.peaks.map((p) => ({ ...p })));
     this.model.set("method", this.method);
     this.model.set("stamp", this.busy);
@@ -830,7 +830,8 @@ class Picker {
     if (all) this.updateHandles();
     if (this.fresh) {
       this.fresh = false;
-      const latency = performance.now() - (this.moved ?? this.sent ?? 0);
+      // from the move that was asked about, for those who measure
+      const latency = performance.now() - this.sent;
       this.root.dispatchEvent(new CustomEvent("rbfound-drawn", { bubbles: true, detail: { latency, result: this.result } }));
     }
   }

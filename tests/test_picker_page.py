@@ -271,7 +271,7 @@ def test_delete_takes_a_peak_away_calmly_and_insert_brings_one_back(stage: Stage
     stage.settle()
     assert sorted(peak["seat"] for peak in stage.peaks()) == ["x1", "x2", "y1", "y2"]
     assert not message.is_visible()
-    assert stage.page.locator(".is-stale").count() == 0
+    assert stage.page.locator(".rbp-side.is-stale").count() == 0
     matches(stage)
     stage.page.keyboard.press("Enter")
     assert "Every seat has its peak" in stage.page.locator("[aria-live=polite]").text_content()
