@@ -319,6 +319,7 @@ class Picker {
     if (!result || !Object.keys(result).length) return;
     if (result.stamp === this.busy) {
       this.busy = 0;
+      this.asked = this.sent;
       clearTimeout(this.timer);
     }
     this.root.removeAttribute("aria-busy");
@@ -831,7 +832,7 @@ class Picker {
     if (this.fresh) {
       this.fresh = false;
       // from the move that was asked about, for those who measure
-      const latency = performance.now() - this.sent;
+      const latency = performance.now() - this.asked;
       this.root.dispatchEvent(new CustomEvent("rbfound-drawn", { bubbles: true, detail: { latency, result: this.result } }));
     }
   }
