@@ -39,9 +39,10 @@ class PeakPicker(anywidget.AnyWidget):
     _esm = files("rbfound").joinpath("picker.js").read_text(encoding="utf-8")
     _css = files("rbfound").joinpath("picker.css").read_text(encoding="utf-8")
 
-    peaks: Any = T.List().tag(sync=True)
-    method = T.Enum(list(METHODS), "pmsm").tag(sync=True)
-    stamp = T.Int(0).tag(sync=True)
+    # what the picture sends need not come back to it: the answer bears its stamp
+    peaks: Any = T.List().tag(sync=True, echo_update=False)
+    method = T.Enum(list(METHODS), "pmsm").tag(sync=True, echo_update=False)
+    stamp = T.Int(0).tag(sync=True, echo_update=False)
     scene = T.Dict().tag(sync=True)
     data = T.Bytes(b"").tag(sync=True)
     result = T.Dict().tag(sync=True)
