@@ -491,7 +491,7 @@ class Picker {
   peakTable(peaks) {
     const table = make(this.list, "table"), head = make(make(table, "thead"), "tr");
     for (const [text, unit] of [["Peak"], ["Frequency", "Hz"], ["Half power", "Hz"], ["Width", "Hz"], ["Damping", "%"], [""]]) {
-      const cell = make(head, "th", { textContent: text, scope: "col" });
+      const cell = text ? make(head, "th", { textContent: text, scope: "col" }) : make(head, "td");
       if (unit) make(cell, "small", { textContent: ` [${unit}]` });
     }
     const body = make(table, "tbody");
@@ -561,7 +561,7 @@ class Picker {
     row.damping.setAttribute("aria-label", `damping ratio of peak ${name} in percent`);
     row.damping.title = w?.read ? "read from the curve" : "set by hand; snap reads it from the curve again";
     row.damping.classList.toggle("is-own", !w?.read);
-    row.snap.setAttribute("aria-label", `put peak ${name} on the nearest maximum`);
+    row.snap.setAttribute("aria-label", `snap peak ${name} to the nearest maximum`);
     row.gone.setAttribute("aria-label", `delete peak ${name}`);
   }
   pair(code) {
