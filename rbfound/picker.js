@@ -287,11 +287,15 @@ class Picker {
 
   themed() {
     this.root.classList.toggle("is-dark", isDark());
+    this.colour();
+    this.redraw(true);
+  }
+
+  // The sheet's colours; before the picker is part of the page there are none.
+  colour() {
     const style = getComputedStyle(this.root);
     this.ink = (name) => style.getPropertyValue(`--${name}`).trim();
     this.colours = this.scene.labels.map((_, k) => this.ink(`seat${k % 6}`));
-    this.redraw(true);
-    if (this.handles.length) this.renderPeaks();
   }
 
   // ---- the host ----
@@ -825,7 +829,10 @@ class Picker {
     this.fitCanvas(width);
     const all = this.all;
     this.all = false;
-    if (all) this.drawBase();
+    if (all) {
+      this.colour();
+      this.drawBase();
+    }
     this.drawFront();
     this.placeHandles();
     if (all) this.updateHandles();

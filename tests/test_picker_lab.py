@@ -96,10 +96,21 @@ class Lab:
             "window.drawn = []; document.addEventListener('rbfound-drawn', e => window.drawn.push(e.detail));"
         )
         page.goto(f"{url}/lab/tree/pick.ipynb?reset")
+        # what is run before the kernel is there may be lost
+        page.get_by_text("| Idle").wait_for(timeout=60_000)
         self.run(0)
         page.wait_for_selector(".rbfound-picker .rbp-handle", timeout=60_000)
         self.handles = page.locator(".rbp-handle")
         self.settle()
+
+    def coloured(self) -> int:
+        """How many colours the curves have."""
+        return int(
+            self.page.locator(".rbp-plot canvas").first.evaluate(
+                "c => new Set(new Uint32Array(c.getContext('2d')"
+                ".getImageData(0, 0, c.width, c.height).data.buffer)).size"
+            )
+        )
 
     def run(self, cell: int) -> None:
         self.page.locator(".jp-CodeCell .jp-InputArea-editor").nth(cell).click(timeout=60_000)
@@ -161,6 +172,7 @@ def notebook(lab: str) -> Iterator[Lab]:
 
 def test_a_drag_in_the_notebook_changes_phi_and_the_next_cell_has_what_was_picked(notebook: Lab) -> None:
     before, Phi = notebook.frequencies(), notebook.Phi()
+    assert notebook.coloured() > 100
     x, y = notebook.take(1)
     notebook.page.mouse.move(x + 60, y, steps=8)
     notebook.page.mouse.up()

@@ -47,7 +47,10 @@ const model = window.model = {
 };
 window.latencies = [];
 document.addEventListener("rbfound-drawn", (event) => window.latencies.push(event.detail.latency));
-window.picker = new Picker(model, document.getElementById("here"));
+// as a notebook does, the picker is made first and put into the page later
+const made = document.createElement("div");
+window.picker = new Picker(model, made);
+setTimeout(() => document.getElementById("here").append(made), 50);
 window.remove = () => window.picker.remove();
 model.save_changes();
 </script></html>"""
@@ -186,6 +189,23 @@ def test_dragging_a_line_moves_its_peak_and_what_follows_from_it(stage: Stage) -
     shown = stage.page.locator(".rbp-matrix").first.locator("tbody td").all_text_contents()
     Phi = picked(stage.bench, after).Phi
     np.testing.assert_allclose([float(text.replace("−", "-")) for text in shown], Phi.ravel(), rtol=5.1e-3)
+
+
+def test_every_seat_has_its_own_colour_on_the_picture(stage: Stage) -> None:
+    colours = stage.page.evaluate("picker.colours")
+    assert len(set(colours)) == 4
+    base = stage.page.locator(".rbp-plot canvas").first
+    pixels = """canvas => {
+      const p = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data, seen = {};
+      for (let k = 0; k < p.length; k += 4) {
+        const hex = "#" + [0, 1, 2].map((i) => p[k + i].toString(16).padStart(2, "0")).join("");
+        if (p[k + 3] === 255) seen[hex] = (seen[hex] ?? 0) + 1;
+      }
+      return seen;
+    }"""
+    stage.settle()
+    seen = base.evaluate(pixels)
+    assert all(seen.get(colour, 0) > 20 for colour in colours), {colour: seen.get(colour) for colour in colours}
 
 
 def test_a_line_follows_the_pointer_to_the_pixel(stage: Stage) -> None:
