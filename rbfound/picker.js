@@ -586,14 +586,17 @@ class Picker {
       if (note) make(part, "p", { textContent: note });
       return part;
     };
-    this.matrix(card("Φ", "[1/√kg], a column for each peak"), good.Phi, good.columns.map((c) => c.replace(/ (?=[\d.]+ Hz)/, "\n")));
+    const scaled = (name, index, unit, note, values, columns) => {
+      const part = card(name), head = part.querySelector("h4"), size = Math.max(...values.flat().map(Math.abs));
+      const power = size >= 1e4 || size < 1 ? Math.floor(Math.log10(size || 1)) : 0;
+      if (index) make(head, "sub", { textContent: index });
+      make(head, "small", { textContent: ` [${power ? `10${raised(power)} ` : ""}${unit}]${note}` });
+      this.matrix(part, values.map((row) => row.map((v) => v / 10 ** power)), columns);
+    };
+    scaled("Φ", "", "1/√kg", ", a column for each peak", good.Phi, good.columns.map((c) => c.replace(/ (?=[\d.]+ Hz)/, "\n")));
     if (good.matrices) {
       for (const [name, unit] of [["M", "kg"], ["C", "N s/m"], ["K", "N/m"]]) {
-        const part = card("", ""), size = Math.max(...good.matrices[name].flat().map(Math.abs));
-        const power = size >= 1e4 ? Math.floor(Math.log10(size)) : 0;
-        const head = part.querySelector("h4");
-        head.append(name, make(null, "sub", { textContent: "e" }), make(null, "small", { textContent: ` [${power ? `10${raised(power)} ` : ""}${unit}]` }));
-        this.matrix(part, good.matrices[name].map((row) => row.map((v) => v / 10 ** power)), this.scene.labels);
+        scaled(name, "e", unit, "", good.matrices[name], this.scene.labels);
       }
     } else {
       card("M, C, K", "", `${good.coordinates} modal coordinates: M is the unit matrix, C = diag(2ζω) and K = diag(ω²). ` +
@@ -625,7 +628,9 @@ class Picker {
       const row = make(body, "tr");
       make(row, "th", { textContent: this.scene.labels[i], scope: "row" });
       for (const value of entries) {
-        const cell = make(row, "td", { textContent: minus(value.toPrecision(3).includes("e") ? number(value, 3) : value.toPrecision(3)) });
+        const cell = make(row, "td", {
+          textContent: minus(Math.abs(value) < 0.01 ? value.toFixed(4) : Math.abs(value) < 1000 ? value.toPrecision(3) : value.toFixed(0)),
+        });
         cell.style.setProperty("--share", `${Math.round((42 * Math.abs(value)) / size)}%`);
         cell.className = value < 0 ? "is-minus" : "is-plus";
       }

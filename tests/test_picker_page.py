@@ -188,7 +188,10 @@ def test_dragging_a_line_moves_its_peak_and_what_follows_from_it(stage: Stage) -
     matches(stage)
     shown = stage.page.locator(".rbp-matrix").first.locator("tbody td").all_text_contents()
     Phi = picked(stage.bench, after).Phi
-    np.testing.assert_allclose([float(text.replace("−", "-")) for text in shown], Phi.ravel(), rtol=5.1e-3)
+    # three digits, four decimals where the entry is small
+    numbers = [float(text.replace("−", "-")) / 100 for text in shown]
+    assert "10⁻²" in stage.page.locator(".rbp-card h4").nth(1).text_content()
+    np.testing.assert_allclose(numbers, Phi.ravel(), rtol=5.1e-3, atol=5.1e-7)
 
 
 def test_every_seat_has_its_own_colour_on_the_picture(stage: Stage) -> None:
