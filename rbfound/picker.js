@@ -417,7 +417,9 @@ class Picker {
   }
   moveTo(k, frequency) {
     if (this.found() || !this.peaks[k]) return;
-    this.peaks[k].frequency = bound(frequency, Math.max(this.first, 1e-9), this.last);
+    const inside = bound(frequency, Math.max(this.first, 1e-9), this.last);
+    if (inside === this.peaks[k].frequency) return;
+    this.peaks[k].frequency = inside;
     this.changed(k);
   }
   setDamping(k, damping) {
