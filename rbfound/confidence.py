@@ -1,7 +1,5 @@
 """How sure fitted modes are: the noise through the linearised fit, and what noise can hide outside the band."""
 
-from dataclasses import replace
-
 import numpy as np
 from scipy import linalg
 
@@ -16,7 +14,7 @@ HIDDEN_BELOW, HIDDEN_ABOVE = (0.5,), (1.005, 1.02, 1.05, 1.1, 1.2, 1.4, 1.8, 2.5
 
 def covariance_of(problem: Problem, state: State) -> tuple[Array, float]:
     """Covariance of phi, log omega, log zeta, and the standard deviation of a complex weighted residual."""
-    N = curvature(replace(problem, sparse=None), state)
+    N = curvature(problem, state)
     variance = _variance(problem, state)
     turn = _to_shapes(state)
     return turn @ _inverse(N) @ turn.T * variance, float(np.sqrt(2 * variance))
@@ -34,16 +32,16 @@ def wide_covariance(problem: Problem, state: State, places: Array, zeta: float) 
     Of a fit to which these residues had been added. They are zero as far as the data tell, and the parameters are known
     no better than with them.
     """
-    full = replace(problem, sparse=None)
-    N = curvature(full, state)
+    thin = problem.thinned()
+    N = curvature(thin, state)
     p, entries = len(N), len(problem.rows)
-    _, _, cross = against(full, state, places, zeta)
-    g = compliance(problem.omega, places, np.full(len(places), zeta))
+    _, _, cross = against(thin, state, places, zeta)
+    g = compliance(thin.omega, places, np.full(len(places), zeta))
     A = np.zeros((p + len(places) * entries,) * 2)
     A[:p, :p] = N
     A[p:, :p] = cross.reshape(-1, p)
     A[:p, p:] = A[p:, :p].T
-    for e, weight in enumerate(problem.weight):
+    for e, weight in enumerate(thin.weight):
         column = (g * weight).view(float)
         A[p + e :: entries, p + e :: entries] = column @ column.T
     turn = linalg.block_diag(_to_shapes(state), np.eye(len(A) - p))

@@ -25,6 +25,9 @@ from rbfound.units import hertz
 # few leaves undone makes the others wrong by more than their error bars: 7 falls by chance in one fit of five.
 WORTH, WORTH_OUTSIDE = 20.0, 7.0
 
+# A pseudo-mode that does less, in units of the noise's variance, stands for nothing.
+IDLE = 2.0
+
 # At the end of the search so many places are tried in turn, a good way from one another (in log omega).
 TRIALS, APART = 4, 0.15
 
@@ -61,8 +64,12 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
         variance = variance_of(problem, state)
         small, rough = (0.02 * variance, 0.0) if thorough else (variance, ROUGH)
         state, left = refine(problem, state, small=small, rough=rough, iterations=80)
+        variance = variance_of(problem, state)
+        idle = ~inside(state, edges) & (weight_of(problem, state) < IDLE * variance)
+        if idle.any():
+            state = state.only(~idle)
+            continue
         if added < most and left > FINEST**2 * problem.H.size:
-            variance = variance_of(problem, state)
             new, gain = missing_mode(problem, state, tried, zeta)
             least = variance * np.where(within, WORTH, WORTH_OUTSIDE)
             places = _places(np.where(gain > least, gain, 0.0), tried, TRIALS if thorough else 1)
@@ -112,6 +119,14 @@ def doubtful(problem: Problem, state: State, deviation: Array, noise: float) -> 
     known = (deviation[-2 * m : -m] < 0.003) & (deviation[-m:] < 0.15)
     free = (state.zeta > 1.01 * LIGHT) & (state.zeta < 0.99 * HEAVY)
     return np.asarray(~known | ~free | (prominence_of(problem, state) < 5 * noise))
+
+
+def weight_of(problem: Problem, state: State) -> Array:
+    """Sum of the squares of what each mode alone does to the weighted receptances, (m,)."""
+    thin = problem.thinned()
+    g = np.abs(compliance(thin.omega, state.omega, state.zeta)) ** 2
+    product = (state.Phi[thin.rows] * state.Phi[thin.columns]) ** 2
+    return np.asarray((product * (thin.weight**2 @ g.T)).sum(axis=0))
 
 
 def prominence_of(problem: Problem, state: State) -> Array:
