@@ -8,12 +8,15 @@ from rbfound.fitting import PseudoModes, equivalent_matrices, pmsm, pseudo_modes
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF
 from rbfound.impedance import MeasuredMachine, coupled_poles, mount_measured, passivity, unbalance_on_lines
+from rbfound.lumped import chain
 from rbfound.modalfit import ModalFit, fit_modes, identify
 from rbfound.peaks import Peaks, mode_indicator, pick_peaks
 from rbfound.polynomials import Fraction, fit_fraction, rational_fraction
 from rbfound.polyreference import Stabilisation, stabilisation, stable_poles
+from rbfound.reduction import Reduction, craig_bampton, dynamic_reduction, guyan, modal_reduction
 from rbfound.residues import Residues, fit_residues, lscf
 from rbfound.rotor import Bearing, Disk, Rotor, Shaft
+from rbfound.synthesis import antiresonances, modal_terms, normal_modes, pole_terms, residue_shapes
 from rbfound.system import Modes, System, mac
 from rbfound.tables import bound, table
 from rbfound.units import from_rpm, hertz, radians, rpm
@@ -36,20 +39,26 @@ __all__ = [
     "Modes",
     "Peaks",
     "PseudoModes",
+    "Reduction",
     "Residues",
     "Rotor",
     "Shaft",
     "Stabilisation",
     "System",
+    "antiresonances",
     "bound",
     "campbell",
+    "chain",
     "circle_fit",
     "coupled_poles",
+    "craig_bampton",
+    "dynamic_reduction",
     "equivalent_matrices",
     "fit_fraction",
     "fit_modes",
     "fit_residues",
     "from_rpm",
+    "guyan",
     "hertz",
     "identify",
     "load_foundation",
@@ -58,15 +67,20 @@ __all__ = [
     "mac",
     "modal_constants",
     "modal_foundation",
+    "modal_reduction",
+    "modal_terms",
     "mode_indicator",
     "mount",
     "mount_measured",
+    "normal_modes",
     "passivity",
     "pick_peaks",
     "pmsm",
+    "pole_terms",
     "pseudo_modes",
     "radians",
     "rational_fraction",
+    "residue_shapes",
     "rpm",
     "save_foundation",
     "save_frf",

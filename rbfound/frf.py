@@ -83,6 +83,18 @@ class FRF:
             raise ValueError(f"There is no seat {label!r}: the seats are {', '.join(self.labels)}.")
         return self.labels.index(label)
 
+    def kind(self, response: str, force: str) -> str:
+        """What ties two seats: "direct", "cross-coupling" (X to Y at one bearing) or "cross-talk" (to the other one).
+
+        Parameters
+        ----------
+        response, force : labels such as x1: a direction and the number of a bearing
+        """
+        i, j = self.labels[self.seat(response)], self.labels[self.seat(force)]
+        if i == j:
+            return "direct"
+        return "cross-coupling" if i[1:] == j[1:] else "cross-talk"
+
     def _omega(self) -> NDArray[np.float64]:
         return np.asarray(radians(self.frequency))[:, None, None]
 
