@@ -6,7 +6,7 @@ from rbfound.coupling import Machine, mount
 from rbfound.files import load_foundation, load_frf, save_foundation, save_frf
 from rbfound.fitting import PseudoModes, equivalent_matrices, pmsm, pseudo_modes
 from rbfound.foundation import Foundation, modal_foundation
-from rbfound.frf import FRF
+from rbfound.frf import FRF, relative_error
 from rbfound.impedance import MeasuredMachine, coupled_poles, mount_measured, passivity, unbalance_on_lines
 from rbfound.lumped import chain
 from rbfound.modalfit import ModalFit, fit_modes, identify
@@ -80,6 +80,7 @@ __all__ = [
     "pseudo_modes",
     "radians",
     "rational_fraction",
+    "relative_error",
     "residue_shapes",
     "rpm",
     "save_foundation",

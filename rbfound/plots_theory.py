@@ -75,12 +75,11 @@ def chain_shapes(shapes: ArrayLike, curves: ArrayLike, omega: ArrayLike, count: 
 
 @styled
 def frf_kinds(frf: FRF) -> None:
-    """The FRF matrix with its direct, cross-coupling and cross-talk parts in colours of their own; bold lines part the
-    bearings."""
-    n = len(frf.labels)
+    """The FRF matrix with its direct, cross-coupling and cross-talk parts in lines and shades of their own."""
+    n, kinds = len(frf.labels), frf.kinds()
     figure, axes = plt.subplots(n, n, sharex=True, sharey=True, figsize=(7.6, 6.4), squeeze=False)
     for i, j in np.ndindex(n, n):
-        kind = frf.kind(frf.labels[i], frf.labels[j])
+        kind = str(kinds[i, j])
         color, line, shade = KINDS[kind]
         ax = axes[i, j]
         ax.set_facecolor(shade)
@@ -95,21 +94,24 @@ def frf_kinds(frf: FRF) -> None:
 
 @styled
 def errors(
-    x: ArrayLike, curves: Mapping[str, ArrayLike], *, xlabel: str, ylabel: str = "error [%]", marks: ArrayLike = ()
+    x: ArrayLike, curves: Mapping[str, ArrayLike], *, xlabel: str, marks: ArrayLike = (), floor: float = 0.0
 ) -> None:
-    """Errors [%] over frequency or over a number of coordinates, with dotted lines at `marks`; few points get markers.
+    """Relative errors, drawn in per cent, over frequency or over a number; few points get markers.
 
-    A curve may be shorter than x: it then belongs to the last entries.
+    Parameters
+    ----------
+    marks : where dotted lines stand
+    floor : [%] errors below it are drawn there
     """
     x = np.asarray(x, dtype=float)
     figure, ax = plt.subplots(figsize=(7.2, 3.9))
     for (name, curve), (color, line), marker in zip(curves.items(), LINES, MARKERS, strict=False):
-        curve = np.asarray(curve, dtype=float)
+        curve = np.maximum(100 * np.asarray(curve, dtype=float), floor)
         few = {"marker": marker, "markersize": 5} if len(x) <= 20 else {}
-        ax.semilogy(x[len(x) - len(curve) :], curve, line, color=color, label=name, **few)
+        ax.semilogy(x, curve, line, color=color, label=name, **few)
     for mark in np.asarray(marks):
         ax.axvline(mark, color=BLACK, lw=0.8, ls=":", zorder=0)
-    ax.set(xlabel=xlabel, ylabel=ylabel)
+    ax.set(xlabel=xlabel, ylabel="error [%]")
     if len(x) <= 20:
         ax.set_xticks(x)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=4)

@@ -15,7 +15,7 @@ from scipy import linalg, sparse
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
 from rbfound.system import System
-from rbfound.units import radians
+from rbfound.units import hertz, radians
 
 Array = NDArray[np.float64]
 Solve = Callable[[Array], Array]
@@ -65,9 +65,15 @@ class Reduction:
         MQ = self.M @ Q
         return replace(self, C=(MQ * (2 * zeta * np.sqrt(np.maximum(squares, 0)))) @ MQ.T)
 
-    def system(self) -> System:
-        """As a System, with its modes and its receptance."""
-        return System(self.M, self.C, self.K)
+    @property
+    def frequency(self) -> Array:
+        """Undamped natural frequencies [Hz], (r,), ascending."""
+        squares = linalg.eigh(self.K, self.M, eigvals_only=True)
+        return np.asarray(hertz(np.sqrt(np.maximum(squares, 0))))
+
+    def receptance(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+        """Receptances at the interface on the given lines [Hz], (f, s, s)."""
+        return System(self.M, self.C, self.K).receptance(frequency, self.B, self.B.T)
 
 
 def guyan(M: Any, C: Any, K: Any, interface: ArrayLike) -> Reduction:

@@ -151,9 +151,7 @@ def antiresonances(omega: ArrayLike, A: ArrayLike, residual: float = 0.0) -> Arr
     top, bottom = linalg.eigvals(bordered, np.diag([*np.ones(m), 0.0]), homogeneous_eigvals=True)
     # far above all modes the sum is a series of sum A / w^2, sum A omega^2 / w^4, ...: each leading term that is
     # nothing takes one more zero away to infinity, and an eigenvalue there is rounding
-    order = np.argsort(np.abs(top) / np.maximum(np.abs(bottom), np.finfo(float).tiny))[
-        : _finite_zeros(own, A, residual)
-    ]
+    order = np.argsort(np.arctan2(np.abs(top), np.abs(bottom)))[: _finite_zeros(own, A, residual)]
     squares = top[order] / bottom[order]
     real = (np.abs(squares.imag) <= REAL * np.abs(squares)) & (squares.real > 0)
     return np.sort(np.asarray(hertz(np.sqrt(unit * squares.real[real]))))
