@@ -160,7 +160,7 @@ def zeros_and_poles(
 @styled
 def phasors(shapes: Mapping[str, NDArray[np.complex128]]) -> None:
     """Shapes in the complex plane, one arrow a mass, each turned so that its largest entry is 1."""
-    figure, axes = plt.subplots(1, len(shapes), figsize=(2.5 * len(shapes), 2.9), squeeze=False, sharey=True)
+    figure, axes = plt.subplots(1, len(shapes), figsize=(2.5 * len(shapes), 3.4), squeeze=False, sharey=True)
     for ax, (name, shape) in zip(axes[0], shapes.items(), strict=True):
         shape = shape / shape[np.abs(shape).argmax()]
         for k, (z, (color, line)) in enumerate(zip(shape, LINES, strict=False)):

@@ -77,7 +77,7 @@ class Reduction:
 
 
 def guyan(M: Any, C: Any, K: Any, interface: ArrayLike) -> Reduction:
-    """Static condensation on the interface: what else there is follows without inertia (equations 15, 16).
+    """Static condensation on the interface: what else there is follows without inertia (equations 15-16).
 
     Exact at 0 Hz. The condensed dynamic stiffness is right up to omega^2. (Guyan 1965.)
 
@@ -91,9 +91,10 @@ def guyan(M: Any, C: Any, K: Any, interface: ArrayLike) -> Reduction:
 
 
 def dynamic_reduction(M: Any, C: Any, K: Any, interface: ArrayLike, frequency: float) -> Reduction:
-    """Condensation with the inertia of one frequency [Hz] (equations 17, 18; the printed (17) lacks the stiffness).
+    """Condensation with the inertia of one frequency [Hz] (equations 17-18).
 
-    Exact there for an undamped body; at 0 Hz it is `guyan`. Parameters as there.
+    The thesis prints 17 without its stiffness part. Exact at that frequency for an undamped body; at 0 Hz it is
+    `guyan`, whose parameters it has.
     """
     B = _rows(interface, M, K)
     return _reduced(_static_shapes(K - float(radians(frequency)) ** 2 * M, B), M, C, K, B)

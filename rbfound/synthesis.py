@@ -24,7 +24,7 @@ NOTHING = 1e-9
 
 
 def normal_modes(M: ArrayLike, K: ArrayLike) -> tuple[Array, Array]:
-    """Undamped modes: omega (n,) [rad/s], ascending, and mass-normalised shapes Phi (n, n) (equations 8-10, 35-39).
+    """Undamped modes: omega (n,) [rad/s], ascending, and mass-normalised shapes Phi (n, n) (equations 8-10, 34-39).
 
     K phi = omega^2 M phi, so the eigenvalue is omega^2 (the thesis prints its inverse below equation 9), with
     Phi' M Phi = I and Phi' K Phi = diag(omega^2). The largest entry of a shape is positive.
@@ -48,7 +48,7 @@ def normal_modes(M: ArrayLike, K: ArrayLike) -> tuple[Array, Array]:
 
 
 def modal_terms(frequency: ArrayLike, omega: ArrayLike, zeta: ArrayLike, A: ArrayLike) -> Complex:
-    """What each real mode adds to a receptance (equations 40-43, 47-49, 54-55): its sum over axis 1 is H.
+    """What each real mode adds to a receptance (equations 40-43, 47-49, 53-55): its sum over axis 1 is H.
 
     Parameters
     ----------

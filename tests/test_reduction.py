@@ -182,6 +182,20 @@ def test_a_reduced_foundation_under_the_rotor_gives_the_frequencies_of_the_whole
     np.testing.assert_allclose(b, a, rtol=1e-4)
 
 
+def test_on_a_solid_completed_modes_are_ritzs_method_with_one_block() -> None:
+    # one space, two roads: sparse matrices and minimum degree here, halves of the body and its own iteration there
+    solid = pytest.importorskip("rbfound.solid", reason="needs scikit-fem", exc_type=ImportError)
+    body = solid.foundation_solid(grid=solid.COARSE)
+    r = rb.modal_reduction(body.M, None, body.K, body.B, 6, static=True)
+    other = solid.reduce(body, modes=6, blocks=1)
+    lines = [0.0, 100, 346, 600]
+    np.testing.assert_allclose(rb.relative_error(r.damped(0.02).receptance(lines), other.frf(lines).H), 0, atol=1e-8)
+    held = rb.craig_bampton(body.M, None, body.K, body.B, 6)
+    # Lanczos stops at the accuracy of the arithmetic: the seats of its shapes do not move
+    np.testing.assert_allclose(held.B, np.eye(4, 10), atol=1e-9)
+    assert (held.frequency[:6] >= r.frequency[:6] * (1 - 1e-9)).all()
+
+
 def test_what_a_user_can_get_wrong_is_said() -> None:
     M, _, K = UNDAMPED
     with pytest.raises(ValueError, match="name coordinates from 0 to 13, each once"):
