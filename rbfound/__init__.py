@@ -19,6 +19,7 @@ from rbfound.rotor import Bearing, Disk, Rotor, Shaft
 from rbfound.synthesis import antiresonances, modal_terms, normal_modes, pole_terms, residue_shapes
 from rbfound.system import Modes, System, mac
 from rbfound.tables import bound, table
+from rbfound.uncertainty import CriticalBars, ErrorBars, campbell_bars, critical_bars, error_bars, monte_carlo
 from rbfound.units import from_rpm, hertz, radians, rpm
 from rbfound.whirl import Campbell, CriticalSpeeds, campbell, unbalance_response
 
@@ -29,8 +30,10 @@ __all__ = [
     "Bearing",
     "Campbell",
     "CircleFit",
+    "CriticalBars",
     "CriticalSpeeds",
     "Disk",
+    "ErrorBars",
     "Foundation",
     "Fraction",
     "Machine",
@@ -48,12 +51,15 @@ __all__ = [
     "antiresonances",
     "bound",
     "campbell",
+    "campbell_bars",
     "chain",
     "circle_fit",
     "coupled_poles",
     "craig_bampton",
+    "critical_bars",
     "dynamic_reduction",
     "equivalent_matrices",
+    "error_bars",
     "fit_fraction",
     "fit_modes",
     "fit_residues",
@@ -70,6 +76,7 @@ __all__ = [
     "modal_reduction",
     "modal_terms",
     "mode_indicator",
+    "monte_carlo",
     "mount",
     "mount_measured",
     "normal_modes",

@@ -25,6 +25,9 @@ from rbfound.units import hertz
 # few leaves undone makes the others wrong by more than their error bars: 7 falls by chance in one fit of five.
 WORTH, WORTH_OUTSIDE = 20.0, 7.0
 
+# At the end of the search so many places are tried in turn, a good way from one another (in log omega).
+TRIALS, APART = 4, 0.15
+
 # A search that goes on ends at a step that lowers the cost by less than this part of it.
 ROUGH = 0.0003
 
@@ -61,19 +64,37 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
         if added < most and left > FINEST**2 * problem.H.size:
             variance = variance_of(problem, state)
             new, gain = missing_mode(problem, state, tried, zeta)
-            best = int(np.where(within & (gain < WORTH * variance), 0.0, gain).argmax())
-            least = variance * (WORTH if within[best] else WORTH_OUTSIDE)
-            if gain[best] > least:
-                more, then = state.joined(new.only(np.array([best]))), np.inf
-                for share in (ROUGH, 0.0):
-                    if left - then <= least:
-                        more, then = refine(problem, more, small=0.1 * variance, rough=share, iterations=80)
-                if left - then > least:
-                    state, added, thorough = more, added + 1, False
-                    continue
+            least = variance * np.where(within, WORTH, WORTH_OUTSIDE)
+            places = _places(np.where(gain > least, gain, 0.0), tried, TRIALS if thorough else 1)
+            more = _added(problem, state, left, [(new.only(place), float(least[place[0]])) for place in places])
+            if more is not None:
+                state, added, thorough = more, added + 1, False
+                continue
         if thorough:
             return state
         thorough = True
+
+
+def _places(gain: Array, tried: Array, most: int) -> list[NDArray[np.intp]]:
+    """The candidates that gain most and lie apart from one another, best first."""
+    places: list[NDArray[np.intp]] = []
+    while len(places) < most and gain.max() > 0:
+        best = gain.argmax()
+        places.append(np.array([best]))
+        gain = np.where(np.abs(np.log(tried / tried[best])) < APART, 0.0, gain)
+    return places
+
+
+def _added(problem: Problem, state: State, left: float, options: list[tuple[State, float]]) -> State | None:
+    """The modes and the first of several others that lowers the cost by as much as it has to, or None."""
+    for new, least in options:
+        more = state.joined(new)
+        # a rough fit is gone on with if it does not
+        for rough in (ROUGH, 0.0):
+            more, then = refine(problem, more, small=0.05 * least, rough=rough, iterations=80)
+            if left - then > least:
+                return more
+    return None
 
 
 def inside(state: State, edges: tuple[float, float]) -> NDArray[np.bool_]:

@@ -32,6 +32,7 @@ FLOORS = {
     "sdof": 1,
     "system": 1,
     "peaks": 2,
+    "confidence": 2,
     "modesearch": 2,
     "polyreference": 2,
     "lumped": 2,
@@ -59,6 +60,8 @@ FLOORS = {
     "impedance": 6,
     "plots": 6,
     "widgets": 6,
+    "roads": 7,
+    "plots_bars": 7,
     "plots_coupling": 7,
     "plots_peaks": 7,
     "plots_poles": 7,
@@ -68,7 +71,7 @@ FLOORS = {
 
 # Packages beyond numpy and scipy, and the modules that may import them: each an extra of its own.
 EXTRAS = {
-    "matplotlib": {"plots", "plots_coupling", "plots_peaks", "plots_poles", "plots_theory", "viewer"},
+    "matplotlib": {"plots", "plots_bars", "plots_coupling", "plots_peaks", "plots_poles", "plots_theory", "viewer"},
     "mpl_toolkits": {"plots"},
     "skfem": {"assembly", "mesh", "revolved"},
     "ipywidgets": {"widgets"},
