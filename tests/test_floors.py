@@ -35,6 +35,9 @@ FLOORS = {
     "confidence": 2,
     "modesearch": 2,
     "polyreference": 2,
+    "lumped": 2,
+    "reduction": 2,
+    "synthesis": 2,
     "circle": 3,
     "foundation": 3,
     "rotor": 3,
@@ -64,13 +67,14 @@ FLOORS = {
     "plots_peaks": 7,
     "plots_poles": 7,
     "frontend": 7,
+    "plots_theory": 7,
     "viewer": 7,
     "widgets": 8,
 }
 
 # Packages beyond numpy and scipy, and the modules that may import them: each an extra of its own.
 EXTRAS = {
-    "matplotlib": {"plots", "plots_bars", "plots_coupling", "plots_peaks", "plots_poles", "viewer"},
+    "matplotlib": {"plots", "plots_bars", "plots_coupling", "plots_peaks", "plots_poles", "plots_theory", "viewer"},
     "mpl_toolkits": {"plots"},
     "skfem": {"assembly", "mesh", "revolved"},
     "ipywidgets": {"widgets"},
