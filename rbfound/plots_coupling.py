@@ -56,8 +56,9 @@ def price(names: Sequence[str], seconds: ArrayLike, errors: ArrayLike) -> None:
     _, ax = plt.subplots(figsize=(7.2, 3.4))
     cost = np.maximum(np.asarray(seconds, dtype=float), 0.01)
     ax.loglog(np.asarray(errors), cost, "o", color=BLUE, ms=7)
-    for name, x, y in zip(names, np.asarray(errors), cost, strict=True):
-        ax.annotate(name, (x, y), xytext=(7, 6), textcoords="offset points", fontsize=9)
+    for k, (name, x, y) in enumerate(zip(names, np.asarray(errors), cost, strict=True)):
+        # neighbours one above, one below
+        ax.annotate(name, (x, y), xytext=(7, 6 if k % 2 else -13), textcoords="offset points", fontsize=9)
     ax.set(xlabel="largest error of a natural frequency [%]", ylabel="CPU time to the foundation [s]")
     ax.margins(x=0.18, y=0.25)
     plt.show()
