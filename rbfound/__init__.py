@@ -1,6 +1,7 @@
 """Rotors on flexible foundations: from measured frequency response functions to the machine that stands on them."""
 
 from rbfound import sdof, thesis
+from rbfound.balance import permissible_unbalance
 from rbfound.circle import CircleFit, circle_fit, modal_constants
 from rbfound.coupling import Machine, mount
 from rbfound.files import load_foundation, load_frf, save_foundation, save_frf
@@ -8,14 +9,18 @@ from rbfound.fitting import PseudoModes, equivalent_matrices, pmsm, pseudo_modes
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF
 from rbfound.impedance import MeasuredMachine, coupled_poles, mount_measured, passivity, unbalance_on_lines
+from rbfound.inverse import ShaftFit, fit_shaft
 from rbfound.modalfit import ModalFit, fit_modes, identify
+from rbfound.orbits import Orbits, ellipses
 from rbfound.peaks import Peaks, mode_indicator, pick_peaks
 from rbfound.polynomials import Fraction, fit_fraction, rational_fraction
 from rbfound.polyreference import Stabilisation, stabilisation, stable_poles
 from rbfound.residues import Residues, fit_residues, lscf
+from rbfound.rigid import RigidRotor, rigid_rotor
 from rbfound.rotor import Bearing, Disk, Rotor, Shaft
 from rbfound.system import Modes, System, mac
 from rbfound.tables import bound, table
+from rbfound.transmitted import ground_forces, seat_forces
 from rbfound.units import from_rpm, hertz, radians, rpm
 from rbfound.whirl import Campbell, CriticalSpeeds, campbell, unbalance_response
 
@@ -34,22 +39,28 @@ __all__ = [
     "MeasuredMachine",
     "ModalFit",
     "Modes",
+    "Orbits",
     "Peaks",
     "PseudoModes",
     "Residues",
+    "RigidRotor",
     "Rotor",
     "Shaft",
+    "ShaftFit",
     "Stabilisation",
     "System",
     "bound",
     "campbell",
     "circle_fit",
     "coupled_poles",
+    "ellipses",
     "equivalent_matrices",
     "fit_fraction",
     "fit_modes",
     "fit_residues",
+    "fit_shaft",
     "from_rpm",
+    "ground_forces",
     "hertz",
     "identify",
     "load_foundation",
@@ -62,15 +73,18 @@ __all__ = [
     "mount",
     "mount_measured",
     "passivity",
+    "permissible_unbalance",
     "pick_peaks",
     "pmsm",
     "pseudo_modes",
     "radians",
     "rational_fraction",
+    "rigid_rotor",
     "rpm",
     "save_foundation",
     "save_frf",
     "sdof",
+    "seat_forces",
     "stabilisation",
     "stable_poles",
     "table",

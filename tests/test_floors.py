@@ -16,9 +16,11 @@ PACKAGE = Path(rbfound.__file__).parent
 # A module imports from lower floors only: neither from its own floor nor from above. A new module gets its line here.
 FLOORS = {
     "arc": 0,
+    "balance": 0,
     "beam": 0,
     "leastsquares": 0,
     "mesh": 0,
+    "orbits": 0,
     "orthogonal": 0,
     "tables": 0,
     "parallel": 0,
@@ -44,6 +46,7 @@ FLOORS = {
     "modalfit": 4,
     "reading": 4,
     "residues": 4,
+    "rigid": 4,
     "partialfractions": 1,
     "polynomials": 5,
     "solid": 4,
@@ -51,20 +54,23 @@ FLOORS = {
     "uncertainty": 6,
     "steps": 4,
     "thesis": 5,
+    "transmitted": 5,
     "whirl": 5,
     "full": 6,
     "impedance": 6,
+    "inverse": 6,
     "plots": 6,
     "widgets": 6,
     "plots_coupling": 7,
     "plots_peaks": 7,
     "plots_poles": 7,
+    "plots_rotor": 7,
     "viewer": 7,
 }
 
 # Packages beyond numpy and scipy, and the modules that may import them: each an extra of its own.
 EXTRAS = {
-    "matplotlib": {"plots", "plots_coupling", "plots_peaks", "plots_poles", "viewer"},
+    "matplotlib": {"plots", "plots_coupling", "plots_peaks", "plots_poles", "plots_rotor", "viewer"},
     "mpl_toolkits": {"plots"},
     "skfem": {"assembly", "mesh", "revolved"},
     "ipywidgets": {"widgets"},
