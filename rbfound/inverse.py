@@ -116,10 +116,12 @@ def machine(design: Design, values: ArrayLike, letter: str) -> Machine:
     """One of the thesis's beam models a to f with a shaft of a design."""
     shaft, seats = design(np.asarray(values, dtype=float))
     mass = 0.0 if letter in "ad" else thesis.POINT_MASS
-    tip = float(shaft.ends[-1])
+    # disks without mass put the nodes where `frequencies` has them
+    disks = {float(z): Disk(0.0) for z in _nodes(shaft)}
+    disks[float(shaft.ends[-1])] = Disk(mass)
     tied = dict.fromkeys(seats, BEARING) if letter in "cf" else {}
     on = thesis.foundation() if letter in "def" else None
-    return mount(Rotor(shaft, {tip: Disk(mass)} if mass else {}, element=0.04), tied, on)
+    return mount(Rotor(shaft, disks, element=float(shaft.ends[-1])), tied, on)
 
 
 def frequencies(design: Design, values: ArrayLike) -> Array:
@@ -141,14 +143,14 @@ def frequencies(design: Design, values: ArrayLike) -> Array:
 
 
 def _nodes(shaft: Shaft) -> Array:
-    """Nodes of a mesh that a change of the lengths only stretches: 16 elements in the longest segment, 4 in others.
+    """Nodes of a mesh that a change of the lengths only stretches: 12 elements in the longest segment, 3 in others.
 
     Elements of a given length would change in number, and the frequencies with it in steps: no slope to follow.
     """
     longest = int(np.argmax(shaft.length))
     ends = shaft.ends
     return np.concatenate(
-        [np.linspace(ends[k], ends[k + 1], 17 if k == longest else 5) for k in range(len(shaft.length))]
+        [np.linspace(ends[k], ends[k + 1], 13 if k == longest else 4) for k in range(len(shaft.length))]
     )
 
 
@@ -191,13 +193,23 @@ def fit_shaft(design: Design, start: Sequence[float], pull: float = 0.0) -> Shaf
     return ShaftFit(design, values, frequencies(design, values), sensitivity(design, values))
 
 
-def sensitivity(design: Design, values: ArrayLike) -> Array:
-    """Change of ln frequency for a change of ln value, by central differences, (8, p)."""
+def predicted(design: Design, values: ArrayLike) -> Array:
+    """The frequencies of model f that the thesis prints, at rest, (7,) [Hz]: all above 60 Hz, of the pair one."""
+    return machine(design, values, "f").at(0.0).modes().above(60.0).frequency[:7]
+
+
+def sensitivity(design: Design, values: ArrayLike, of: Callable[[Design, ArrayLike], Array] = frequencies) -> Array:
+    """Change of ln frequency for a change of ln value, by central differences, (frequencies, p).
+
+    Parameters
+    ----------
+    of : `frequencies` of models a to c, or those `predicted` of f
+    """
     values = np.asarray(values, dtype=float)
     columns = []
     for k in range(len(values)):
         step = np.zeros(len(values))
         step[k] = STEP
-        up, down = (np.log(frequencies(design, values * np.exp(s * step))) for s in (1, -1))
+        up, down = (np.log(of(design, values * np.exp(s * step))) for s in (1, -1))
         columns.append((up - down) / (2 * STEP))
     return np.array(columns).T

@@ -139,9 +139,8 @@ def rotors(panels: Mapping[str, tuple[Rotor, Mapping[float, Bearing]]]) -> None:
 def directions(names: Sequence[str], sizes: ArrayLike, rows: NDArray[np.float64]) -> None:
     """Singular values [-] on the left; on the right what each direction does to the parameters, a row a direction."""
     sizes = np.asarray(sizes, dtype=float)
-    figure, (left, right) = plt.subplots(1, 2, figsize=(8.6, 0.34 * len(sizes) + 1.4), width_ratios=(1, 2))
-    shown = np.maximum(sizes, 1e-4)
-    left.barh(range(len(sizes)), shown, color=[BLUE if s > 1e-9 else "#bbbbbb" for s in sizes], left=1e-5)
+    _, (left, right) = plt.subplots(1, 2, figsize=(8.6, 0.34 * len(sizes) + 1.4), width_ratios=(1, 2))
+    left.barh(range(len(sizes)), sizes, color=BLUE)
     left.set(xscale="log", xlim=(1e-4, 10), xlabel="singular value [-]", ylabel="direction")
     left.set_yticks(range(len(sizes)), [str(k + 1) for k in range(len(sizes))])
     left.invert_yaxis()
@@ -155,5 +154,6 @@ def directions(names: Sequence[str], sizes: ArrayLike, rows: NDArray[np.float64]
     right.set_xticks(range(len(names)), names, rotation=35, ha="right")
     right.set_yticks(range(len(sizes)), [str(k + 1) for k in range(len(sizes))])
     right.grid(False)
-    figure.suptitle("soft directions at the bottom: grey bars are zero", fontsize=9)
+    left.set_title("no bar: zero", fontsize=9)
+    right.set_title("parts of the direction", fontsize=9)
     plt.show()
