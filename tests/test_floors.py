@@ -16,9 +16,11 @@ PACKAGE = Path(rbfound.__file__).parent
 # A module imports from lower floors only: neither from its own floor nor from above. A new module gets its line here.
 FLOORS = {
     "arc": 0,
+    "balance": 0,
     "beam": 0,
     "leastsquares": 0,
     "mesh": 0,
+    "orbits": 0,
     "orthogonal": 0,
     "tables": 0,
     "parallel": 0,
@@ -48,6 +50,7 @@ FLOORS = {
     "modalfit": 4,
     "reading": 4,
     "residues": 4,
+    "rigid": 4,
     "partialfractions": 1,
     "polynomials": 5,
     "solid": 4,
@@ -55,11 +58,13 @@ FLOORS = {
     "uncertainty": 6,
     "steps": 4,
     "thesis": 5,
+    "transmitted": 5,
     "whirl": 5,
     "bench": 5,
     "full": 6,
     "impedance": 6,
     "picking": 6,
+    "inverse": 6,
     "plots": 6,
     "roads": 7,
     "plots_bars": 7,
@@ -68,13 +73,23 @@ FLOORS = {
     "plots_poles": 7,
     "frontend": 7,
     "plots_theory": 7,
+    "plots_rotor": 7,
     "viewer": 7,
     "widgets": 8,
 }
 
 # Packages beyond numpy and scipy, and the modules that may import them: each an extra of its own.
 EXTRAS = {
-    "matplotlib": {"plots", "plots_bars", "plots_coupling", "plots_peaks", "plots_poles", "plots_theory", "viewer"},
+    "matplotlib": {
+        "plots",
+        "plots_bars",
+        "plots_coupling",
+        "plots_peaks",
+        "plots_poles",
+        "plots_rotor",
+        "plots_theory",
+        "viewer",
+    },
     "mpl_toolkits": {"plots"},
     "skfem": {"assembly", "mesh", "revolved"},
     "ipywidgets": {"widgets"},
