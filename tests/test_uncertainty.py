@@ -134,8 +134,9 @@ def test_a_level_beside_0_and_1_is_refused(fit, machine):
 @pytest.mark.slow
 @pytest.mark.parametrize(("case", "level"), [("seven modes", 0.05), ("solid model", 0.01)])
 def test_the_intervals_hold_the_truth_as_often_as_they_say(case, level):
-    # 95 % of 40 seeds by fourteen frequencies that are not independent: as a whole within 90 and 99 %, and none so
-    # rarely as one seed of a thousand would have it (32 of 40)
+    # 95 % of 40 seeds by fourteen frequencies that are not independent: as a whole at least 90 %, and none so rarely as
+    # one set of a thousand would have it (32 of 40). Where a foundation hides modes above the band, the solid model
+    # does, not more than 99 % either; where it does not, the allowance for them makes the bars too long
     truth = (
         known()
         if case == "seven modes"
@@ -150,5 +151,5 @@ def test_the_intervals_hold_the_truth_as_often_as_they_say(case, level):
         near = np.abs(true[:, None] - bars.poles).argmin(axis=1)
         low, high = bars.interval(0.95)
         held.append((low[near] < rb.hertz(true.imag)) & (rb.hertz(true.imag) < high[near]))
-    assert 0.9 <= np.mean(held) <= 0.99, np.mean(held)
+    assert 0.9 <= np.mean(held) <= (0.99 if case == "solid model" else 1), np.mean(held)
     assert (np.sum(held, axis=0) >= 32).all(), np.sum(held, axis=0)
