@@ -52,14 +52,17 @@ FLOORS = {
     "steps": 4,
     "thesis": 5,
     "whirl": 5,
+    "bench": 5,
     "full": 6,
     "impedance": 6,
+    "picking": 6,
     "plots": 6,
-    "widgets": 6,
+    "frontend": 7,
     "plots_coupling": 7,
     "plots_peaks": 7,
     "plots_poles": 7,
     "viewer": 7,
+    "widgets": 8,
 }
 
 # Packages beyond numpy and scipy, and the modules that may import them: each an extra of its own.
@@ -70,6 +73,7 @@ EXTRAS = {
     "ipywidgets": {"widgets"},
     "anywidget": {"widgets"},
     "IPython": {"widgets"},
+    "traitlets": {"widgets"},
 }
 
 MODULES = sorted(path.stem for path in PACKAGE.glob("*.py") if path.stem != "__init__")
