@@ -24,6 +24,7 @@ FLOORS = {
     "parallel": 0,
     "units": 0,
     "additions": 1,
+    "sketch": 1,
     "assembly": 1,
     "calculix": 1,
     "complexmodes": 1,
@@ -34,6 +35,7 @@ FLOORS = {
     "peaks": 2,
     "modesearch": 2,
     "polyreference": 2,
+    "live_sdof": 2,
     "circle": 3,
     "foundation": 3,
     "rotor": 3,
@@ -62,6 +64,7 @@ FLOORS = {
     "plots_peaks": 7,
     "plots_poles": 7,
     "viewer": 7,
+    "live": 8,
     "widgets": 8,
 }
 

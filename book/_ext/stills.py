@@ -1,0 +1,61 @@
+"""The still picture of something that moves, drawn from the values that it begins with."""
+
+from io import BytesIO
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.figure import Figure
+
+from rbfound.live import Live
+from rbfound.plots import STYLE
+
+COLORS = ("#0067a5", "#b84300", "#00795a", "#9a3f78", "#6b5d00", "#6a6f76")
+DASHES = ("-", (0, (5, 2.5)), (0, (1.2, 1.6)), (0, (6, 2, 1.2, 1.6)), (0, (3, 1.5)), (0, (9, 2.5)))
+
+
+def still(name: str, thing: Live) -> tuple[bytes, str]:
+    """A WebP picture and the words that stand for it."""
+    told = thing.values["result"]["figures"]
+    with matplotlib.rc_context(STYLE):
+        columns = min(len(told), 2)
+        rows = -(-len(told) // columns)
+        figure = Figure(figsize=(7.6, 2.9 * rows), layout="constrained")
+        for k, one in enumerate(told):
+            draw(figure.add_subplot(rows, columns, k + 1), one)
+        out = BytesIO()
+        figure.savefig(out, format="webp", dpi=130, pil_kwargs={"quality": 80, "method": 6})
+    settings = ", ".join(
+        f"{c['label']} {c['value']:.4g} {c['unit']}" if c["kind"] == "slider" else f"{c['label']}: {c['value']}"
+        for c in thing.values["controls"]
+    )
+    titles = "; ".join(f"{one['title']}, {one['y']['label']} over {one['x']['label']}" for one in told)
+    return out.getvalue(), f"{titles}. Drawn for {settings}."
+
+
+def draw(ax: Any, told: dict[str, Any]) -> None:
+    """One figure into given axes."""
+    known: set[str] = set()
+    for line in told["lines"]:
+        style = line["style"] % len(COLORS)
+        label = line["label"] if line["label"] not in known else ""
+        known.add(line["label"])
+        ax.plot(
+            line["x"], line["y"], color=COLORS[style], ls=DASHES[style], lw=0.9 if line["thin"] else 1.6, label=label
+        )
+    for mark in told["marks"]:
+        ax.plot(mark["x"], mark["y"], "o", mfc="white", mec=COLORS[mark["style"]], ms=5)
+        if mark["label"]:
+            ax.annotate(mark["label"], (mark["x"], mark["y"]), (6, 4), textcoords="offset points", fontsize=8)
+    for name in "xy":
+        axis = told[name]
+        getattr(ax, f"set_{name}scale")("log" if axis["log"] else "linear")
+        getattr(ax, f"set_{name}label")(axis["label"])
+        ends = [value for value in (axis["low"], axis["high"]) if value is not None]
+        if len(ends) == 2:
+            getattr(ax, f"set_{name}lim")(*ends)
+    ax.set_title(told["title"])
+    if told["equal"]:
+        ax.set_aspect("equal", adjustable="datalim")
+    if any(np.array(sorted(known), dtype=object)):
+        ax.legend(fontsize=8)
