@@ -34,6 +34,7 @@ def oscillator(settings: Mapping[str, float]) -> dict[str, Any]:
     inside = 0 < top < len(lines) - 1
     peak = sdof.half_power(lines, size, top) if inside else sdof.Peak(*[float("nan")] * 4)
     points = {"peak": peak.frequency, "lower half-power point": peak.low, "upper half-power point": peak.high}
+    points = {name: f for name, f in points.items() if np.isfinite(f)}
     at = {name: complex(sdof.receptance(f, m, c, k)) for name, f in points.items()}
     frequency = axis("frequency [Hz]", *BAND)
 

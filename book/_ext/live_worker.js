@@ -13,11 +13,15 @@ def start(key, name, folder):
     running[key] = live.start(name, Path(folder))
     return live.packed(running[key].values)
 
+def opened(key, name, folder):
+    running[key] = live.opened(name, Path(folder))
+    return live.packed(running[key].values)
+
 def update(key, text):
     return live.packed(running[key].update(json.loads(text)))
 
 def save(key, name):
-    return live.packed({"file": running[key].save(name)})
+    return live.packed({"file": running[key].saves[name]()})
 `;
 
 let python, glue;
@@ -94,7 +98,7 @@ const ACTS = {
   },
   open({ key, name, files }) {
     written("/home/pyodide/own", files);
-    return glue("start", key, name, "own");
+    return glue("opened", key, name, "own");
   },
   update: ({ key, text }) => glue("update", key, text),
   save: ({ key, name }) => glue("save", key, name),
