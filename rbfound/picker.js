@@ -338,11 +338,12 @@ class Picker {
       });
     }
     this.say(result.message, "stale");
+    this.fresh = true;
+    // at once rather than with the next frame, and the next question before the tables: the hand does not wait
+    if (this.again) this.send();
+    this.draw();
     this.renderSide();
     this.updateHandles();
-    this.fresh = true;
-    this.redraw();
-    if (this.again) this.send();
   }
   // The host has other peaks or another method than this view.
   told() {
@@ -416,7 +417,9 @@ class Picker {
   }
   moveTo(k, frequency) {
     if (this.found() || !this.peaks[k]) return;
-    this.peaks[k].frequency = bound(frequency, Math.max(this.first, 1e-9), this.last);
+    const inside = bound(frequency, Math.max(this.first, 1e-9), this.last);
+    if (inside === this.peaks[k].frequency) return;
+    this.peaks[k].frequency = inside;
     this.changed(k);
   }
   setDamping(k, damping) {
@@ -830,7 +833,7 @@ class Picker {
   }
   draw() {
     const width = this.plot.clientWidth;
-    if (!width) return;
+    if (!width || !this.handles) return;
     this.fitCanvas(width);
     const all = this.all;
     this.all = false;
