@@ -17,7 +17,7 @@ function make(parent, tag, properties = {}, attributes = {}) {
   return made;
 }
 
-const minus = (text) => text.replace("-", "−");
+const minus = (text) => text.replace(/^-(?=[\d.])/, "−");
 const power = (n) => `10${String(n).replace("-", "⁻").replace(/\d/g, (d) => SUPER[d])}`;
 
 function number(value, digits = 3) {
@@ -132,7 +132,7 @@ class Plot {
     };
     context.textAlign = "center";
     context.textBaseline = "top";
-    for (const [value, text] of this.x.ticks((right - left) / 70)) {
+    for (const [value, text] of this.x.ticks((right - left) / 48)) {
       const at = Math.round(this.x.at(value)) + 0.5;
       path(ink("grid"), at, top, at, bottom);
       context.fillStyle = ink("soft");
@@ -234,7 +234,7 @@ class Sliders {
     for (const control of model.get("controls")) this[control.kind](control);
     this.message = make(inner, "p", { className: "rbs-message", hidden: true }, { role: "status" });
     this.figures = make(inner, "div", { className: "rbs-figures" });
-    this.tables = make(inner, "div", { className: "rbs-tables" });
+    this.tables = make(this.figures, "div", { className: "rbs-tables" });
     this.plots = [];
     this.busy = false;
     this.watch();
@@ -310,7 +310,10 @@ class Sliders {
   }
   redraw() {
     const told = this.result?.figures ?? [];
-    while (this.plots.length < told.length) this.plots.push(new Plot(this.figures));
+    while (this.plots.length < told.length) {
+      this.plots.push(new Plot(this.figures));
+      this.figures.append(this.tables);
+    }
     this.style ??= getComputedStyle(this.root);
     const known = {};
     const ink = (name) => (known[name] ??= this.style.getPropertyValue(`--${name}`).trim());

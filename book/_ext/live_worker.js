@@ -9,13 +9,15 @@ from rbfound import live
 
 running = {}
 
+def told(key, name, thing):
+    running[key] = thing
+    return live.packed({**thing.values, "saves": list(thing.saves), "opens": name in live.OPENS})
+
 def start(key, name, folder):
-    running[key] = live.start(name, Path(folder))
-    return live.packed(running[key].values)
+    return told(key, name, live.start(name, Path(folder)))
 
 def opened(key, name, folder):
-    running[key] = live.opened(name, Path(folder))
-    return live.packed(running[key].values)
+    return told(key, name, live.opened(name, Path(folder)))
 
 def update(key, text):
     return live.packed(running[key].update(json.loads(text)))

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from rbfound.live import Live
 from rbfound.plots import STYLE
+from rbfound.sketch import axis, figure, line
 
 COLORS = ("#0067a5", "#b84300", "#00795a", "#9a3f78", "#6b5d00", "#6a6f76")
 DASHES = ("-", (0, (5, 2.5)), (0, (1.2, 1.6)), (0, (6, 2, 1.2, 1.6)), (0, (3, 1.5)), (0, (9, 2.5)))
@@ -16,7 +17,8 @@ DASHES = ("-", (0, (5, 2.5)), (0, (1.2, 1.6)), (0, (6, 2, 1.2, 1.6)), (0, (3, 1.
 
 def still(name: str, thing: Live) -> tuple[bytes, str]:
     """A WebP picture and the words that stand for it."""
-    told = thing.values["result"]["figures"]
+    values = thing.values
+    told = values["result"]["figures"] if "controls" in values else picked(values)
     with matplotlib.rc_context(STYLE):
         columns = min(len(told), 2)
         rows = -(-len(told) // columns)
@@ -25,12 +27,32 @@ def still(name: str, thing: Live) -> tuple[bytes, str]:
             draw(figure.add_subplot(rows, columns, k + 1), one)
         out = BytesIO()
         figure.savefig(out, format="webp", dpi=130, pil_kwargs={"quality": 80, "method": 6})
+    titles = "; ".join(f"{one['title']}, {one['y']['label']} over {one['x']['label']}" for one in told)
+    if "controls" not in values:
+        return out.getvalue(), f"{titles}. Lines stand where the peaks were picked."
     settings = ", ".join(
         f"{c['label']} {c['value']:.4g} {c['unit']}" if c["kind"] == "slider" else f"{c['label']}: {c['value']}"
-        for c in thing.values["controls"]
+        for c in values["controls"]
     )
-    titles = "; ".join(f"{one['title']}, {one['y']['label']} over {one['x']['label']}" for one in told)
     return out.getvalue(), f"{titles}. Drawn for {settings}."
+
+
+def picked(values: dict[str, Any]) -> list[dict[str, Any]]:
+    """Figures of a peak picker: the driving points, and where the peaks stand."""
+    labels, count = values["scene"]["labels"], values["scene"]["lines"]
+    numbers = np.frombuffer(values["data"], "<f4")
+    frequency, parts = numbers[:count], numbers[count:].view("<c8").reshape(len(labels), len(labels), count)
+    out = []
+    for k, label in enumerate(labels):
+        size = np.abs(parts[k, k])
+        ends = size[size > 0].min(), size.max()
+        lines = [line("", frequency, size)]
+        lines += [
+            line("peak", [peak["frequency"]] * 2, ends, 1, thin=True) for peak in values["peaks"] if peak["seat"] == label
+        ]
+        x = axis("frequency [Hz]", float(frequency[0]), float(frequency[-1]))
+        out.append(figure(f"Driving point {label}", x, axis("|H| [m/N]", log=True), lines))
+    return out
 
 
 def draw(ax: Any, told: dict[str, Any]) -> None:
@@ -57,5 +79,5 @@ def draw(ax: Any, told: dict[str, Any]) -> None:
     ax.set_title(told["title"])
     if told["equal"]:
         ax.set_aspect("equal", adjustable="datalim")
-    if any(np.array(sorted(known), dtype=object)):
+    if known - {""}:
         ax.legend(fontsize=8)

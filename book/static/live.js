@@ -197,6 +197,73 @@
       this.place.replaceChildren();
       this.root.querySelector(".rbfound-live-still")?.replaceWith(this.place);
       this.remove = await drawn.render({ model, el: this.place });
+      this.saves(values.saves);
+      if (values.opens && !this.own) this.opens();
+    }
+    // Results as files: made in the page, so that a download asks nobody.
+    saves(names) {
+      this.files ??= make(this.root, "p", { className: "rbfound-live-files" });
+      this.files.replaceChildren(...(names.length ? ["Take it with you: "] : []));
+      for (const name of names) {
+        const button = make(this.files, "button", { type: "button", textContent: name });
+        button.onclick = async () => {
+          try {
+            const { file } = unpacked(await this.python.ask("save", { key: this.key, name }));
+            const href = URL.createObjectURL(new Blob([file]));
+            make(null, "a", { href, download: name }).click();
+            setTimeout(() => URL.revokeObjectURL(href), 60000);
+          } catch (error) { this.say(error.message, "trouble"); }
+        };
+      }
+    }
+    // The reader's own files: read here, sent nowhere.
+    opens() {
+      const own = (this.own = make(this.root, "div", { className: "rbfound-live-own" }));
+      const words = make(own, "p");
+      make(words, "strong", { textContent: "Your own FRFs. " });
+      words.append("Drop the text files of a set here, one for each pair of seats (sixteen for two bearings, named as in " +
+        "data/foundation: …x1_from_y1.txt), or choose them. They are read in this page and stay on this machine.");
+      const row = make(own, "p");
+      const label = make(row, "label", { textContent: "Choose files" });
+      const input = make(label, "input", { type: "file", multiple: true, accept: ".txt,.csv,.uff,.unv" });
+      const back = make(row, "button", { type: "button", textContent: "Back to the book's FRFs", hidden: true });
+      const told = make(own, "p", { className: "rbfound-live-status" }, { role: "status" });
+      const work = async (text, act, done) => {
+        told.className = "rbfound-live-status";
+        told.textContent = text;
+        own.setAttribute("aria-busy", "true");
+        try {
+          await this.show(await act());
+          told.textContent = done;
+          own.dataset.opened = done;
+        } catch (error) {
+          told.className = "rbfound-live-status trouble";
+          told.textContent = `These files could not be used. ${error.message}`;
+          own.dataset.refused = error.message;
+        } finally { own.removeAttribute("aria-busy"); }
+      };
+      const take = async (list) => {
+        const chosen = [...list];
+        if (!chosen.length) return;
+        delete own.dataset.opened;
+        delete own.dataset.refused;
+        const files = await Promise.all(chosen.map(async (file) => [file.name, new Uint8Array(await file.arrayBuffer())]));
+        const count = `${files.length} ${files.length === 1 ? "file" : "files"}`;
+        await work(`Reading ${count} and fitting all modes …`,
+          () => this.python.ask("open", { key: this.key, name: this.name, files }),
+          `What is shown was identified from your ${count}.`);
+        back.hidden = !own.dataset.opened;
+      };
+      input.onchange = () => { take(input.files); input.value = ""; };
+      back.onclick = () => work("Back …", () => this.python.ask("start", { key: this.key, name: this.name }), "")
+        .then(() => { back.hidden = true; });
+      own.ondragover = (event) => { event.preventDefault(); own.classList.add("is-over"); };
+      own.ondragleave = () => own.classList.remove("is-over");
+      own.ondrop = (event) => {
+        event.preventDefault();
+        own.classList.remove("is-over");
+        take(event.dataTransfer.files);
+      };
     }
   }
 
