@@ -24,7 +24,13 @@ NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 help: ## list these targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1\t\2/' | expand -t 20
 
-book: $(VENV)/book.stamp html ## install, run and build the book, and say where to open it
+# `make book OFFLINE=1` packs what the pages take from CDNs into the book; PYODIDE=folder has Python's part, if not its CDN.
+ifdef OFFLINE
+export RBFOUND_OFFLINE := $(abspath _build/offline)
+html: $(RBFOUND_OFFLINE)/offline.stamp
+endif
+
+book: $(VENV)/book.stamp html ## install, run and build the book, and say where to open it (OFFLINE=1: it needs no network)
 	@echo
 	@echo "The book is ready. Open this file in a browser:"
 	@echo "  $(abspath _build/html/index.html)"
@@ -64,6 +70,10 @@ unit: $(VENV)/dev.stamp ## the package's own tests
 
 html: $(VENV)/book.stamp # every notebook is run again, as the package may have changed; a warning is an error
 	$(BIN)/jupyter-book build . --all -W --keep-going
+
+$(abspath _build/offline)/offline.stamp: $(VENV)/book.stamp tools/offline.py
+	$(BIN)/python tools/offline.py $(@D) $(if $(PYODIDE),--pyodide $(PYODIDE)) $(if $(PACKAGES),--packages $(PACKAGES))
+	@touch $@
 
 wheel: $(VENV)/dev.stamp ## build the wheel, install it into an empty environment and import it there
 	$(BIN)/python tools/check_wheel.py

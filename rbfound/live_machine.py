@@ -24,7 +24,7 @@ ROTOR_LIMIT, FOUNDATION_LIMIT = 2000.0, 1000.0
 FASTEST, HIGHEST, STEPS = 30000.0, 700.0, 13
 # One gram-metre of unbalance, and the speeds [rev/min] at which the answer to it is drawn.
 UNBALANCE = 1e-3
-SWEEP = np.linspace(300.0, 24000.0, 480)
+SWEEP = np.linspace(300.0, 24000.0, 240)
 # A whirl that is neither: less round than this.
 FLAT = 0.1
 SENSES = ("forward whirl", "backward whirl", "in a plane")
@@ -72,7 +72,7 @@ def unbalance_thing(foundation: Foundation) -> tuple[list[dict[str, Any]], Answe
         return _amplitudes(mount(k, c, False), np.zeros((4, 0)))[:1]
 
     controls = [*BEARING]
-    controls += [switch(f"mode{j}", f"foundation mode {j + 1}, {frequency[j]:.0f} Hz", True) for j in range(own)]
+    controls += [switch(f"mode{j}", f"mode {j + 1}, {frequency[j]:.0f} Hz", True) for j in range(own)]
 
     def answer(settings: Settings) -> dict[str, Any]:
         k, c = float(settings["k"]), float(settings["c"])
@@ -111,13 +111,17 @@ def _campbell(machine: LightMachine, swept: Campbell, speed: float) -> dict[str,
         axis("natural frequency [Hz]", 0.0, HIGHEST),
         lines,
         marks,
+        wide=True,
     )
     here = {
         "frequency [Hz]": modes.frequency,
         "damping [%]": 100 * modes.damping,
         "whirl": [SENSES[_sense(w)] for w in turn],
     }
-    tables = [listing(f"At {speed:.0f} rev/min", here), listing("Critical speeds, read off the lines", _critical(swept))]
+    tables = [
+        listing(f"At {speed:.0f} rev/min", here),
+        listing("Critical speeds, read off the lines", _critical(swept)),
+    ]
     return {"figures": [diagram], "tables": tables}
 
 

@@ -34,8 +34,9 @@ def figure(
     lines: Sequence[Mapping[str, Any]],
     marks: Sequence[Mapping[str, Any]] = (),
     equal: bool = False,
+    wide: bool = False,
 ) -> dict[str, Any]:
-    """Curves and points between two axes; `equal` gives both axes one scale."""
+    """Curves and points between two axes; `equal` gives both axes one scale, `wide` a row of its own."""
     return {
         "title": title,
         "x": dict(x),
@@ -43,6 +44,7 @@ def figure(
         "lines": list(lines),
         "marks": [point for point in marks if np.isfinite([point["x"], point["y"]]).all()],
         "equal": equal,
+        "wide": wide,
     }
 
 

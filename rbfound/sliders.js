@@ -93,7 +93,8 @@ class Plot {
   draw(told, ink) {
     const { canvas } = this, width = canvas.clientWidth;
     if (!width) return;
-    const height = told.equal ? Math.min(Math.round(width * 0.8), 360) : bound(Math.round(width * 0.58), 190, 300);
+    this.root.classList.toggle("is-wide", Boolean(told.wide));
+    const height = told.wide ? bound(Math.round(width * 0.55), 300, 440) : told.equal ? Math.min(Math.round(width * 0.8), 360) : bound(Math.round(width * 0.58), 190, 300);
     const sharp = window.devicePixelRatio || 1;
     if (canvas.width !== Math.round(width * sharp) || canvas.height !== Math.round(height * sharp)) {
       [canvas.width, canvas.height] = [Math.round(width * sharp), Math.round(height * sharp)];
@@ -249,7 +250,8 @@ class Sliders {
     const input = make(label, "input", { type: "range" }, { min: low, max: high, step: told.log ? "any" : step, name: told.name });
     input.value = told.log ? Math.log10(this.settings[told.name]) : this.settings[told.name];
     const show = () => {
-      const text = `${number(this.settings[told.name])} ${told.unit}`;
+      const value = this.settings[told.name];
+      const text = `${Number.isInteger(told.step) ? value.toFixed(0) : number(value)} ${told.unit}`.trim();
       shown.textContent = text;
       input.setAttribute("aria-valuetext", text);
     };

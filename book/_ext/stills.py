@@ -22,7 +22,7 @@ def still(name: str, thing: Live) -> tuple[bytes, str]:
     with matplotlib.rc_context(STYLE):
         columns = min(len(told), 2)
         rows = -(-len(told) // columns)
-        figure = Figure(figsize=(7.6, 2.9 * rows), layout="constrained")
+        figure = Figure(figsize=(7.6, (3.9 if columns == 1 else 2.9) * rows), layout="constrained")
         for k, one in enumerate(told):
             draw(figure.add_subplot(rows, columns, k + 1), one)
         out = BytesIO()
@@ -48,7 +48,9 @@ def picked(values: dict[str, Any]) -> list[dict[str, Any]]:
         ends = size[size > 0].min(), size.max()
         lines = [line("", frequency, size)]
         lines += [
-            line("peak", [peak["frequency"]] * 2, ends, 1, thin=True) for peak in values["peaks"] if peak["seat"] == label
+            line("peak", [peak["frequency"]] * 2, ends, 1, thin=True)
+            for peak in values["peaks"]
+            if peak["seat"] == label
         ]
         x = axis("frequency [Hz]", float(frequency[0]), float(frequency[-1]))
         out.append(figure(f"Driving point {label}", x, axis("|H| [m/N]", log=True), lines))
@@ -80,4 +82,4 @@ def draw(ax: Any, told: dict[str, Any]) -> None:
     if told["equal"]:
         ax.set_aspect("equal", adjustable="datalim")
     if known - {""}:
-        ax.legend(fontsize=8)
+        ax.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=3, frameon=False)
