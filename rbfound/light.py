@@ -86,7 +86,7 @@ def light_foundation(foundation: Foundation, limit: float) -> Foundation:
         Unless M is the identity and K diagonal.
     """
     squared = np.diag(foundation.K)
-    if np.any(foundation.M != np.eye(len(squared))) or np.any(foundation.K != np.diag(squared)):
+    if np.any(np.eye(len(squared)) != foundation.M) or np.any(np.diag(squared) != foundation.K):
         raise ValueError("A foundation is made light in modal coordinates: M must be the identity and K diagonal.")
     few, kept = condensed(squared, foundation.B, limit)
     one = np.eye(len(kept))

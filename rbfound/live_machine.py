@@ -113,7 +113,7 @@ def _campbell(machine: LightMachine, swept: Campbell, speed: float) -> dict[str,
         marks,
         wide=True,
     )
-    here = {
+    here: dict[str, Any] = {
         "frequency [Hz]": modes.frequency,
         "damping [%]": 100 * modes.damping,
         "whirl": [SENSES[_sense(w)] for w in turn],

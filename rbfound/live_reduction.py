@@ -31,7 +31,7 @@ Settings = Mapping[str, Any]
 
 
 def reduction_thing() -> tuple[list[dict[str, Any]], Callable[[Settings], dict[str, Any]]]:
-    """Controls and answer: the rotor in its bearings at rest, one plane, reduced after Guyan and after Craig-Bampton."""
+    """Controls and answer: one plane of the rotor in its bearings, reduced after Guyan and after Craig and Bampton."""
     machine = mount(rotor(), bearings())
     x = np.ravel(4 * np.arange(len(machine.mesh.z))[:, None] + X_PLANE[:2])
     M, C, K = (A[np.ix_(x, x)] for A in (machine.M, machine.C, machine.K))
@@ -80,10 +80,11 @@ def _coordinates(masters: str, rotations: bool, held: list[int], tip: int, z: Ar
 
 def _split(M: Array, K: Array, masters: list[int]) -> tuple[Array, Array]:
     """Static shapes of unit displacements of the masters (equation 16), and modes of the rest with the masters held."""
-    rest = np.setdiff1d(np.arange(len(M)), masters)
-    static = np.zeros((len(M), len(masters)))
-    static[masters, np.arange(len(masters))] = 1.0
-    static[rest] = -linalg.solve(K[np.ix_(rest, rest)], K[np.ix_(rest, masters)], assume_a="pos")
+    few = np.array(masters)
+    rest = np.setdiff1d(np.arange(len(M)), few)
+    static = np.zeros((len(M), len(few)))
+    static[few, np.arange(len(few))] = 1.0
+    static[rest] = -linalg.solve(K[np.ix_(rest, rest)], K[np.ix_(rest, few)], assume_a="pos")
     fixed = np.zeros((len(M), len(rest)))
     fixed[rest] = linalg.eigh(K[np.ix_(rest, rest)], M[np.ix_(rest, rest)])[1]
     return static, fixed

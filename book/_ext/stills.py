@@ -60,12 +60,12 @@ def picked(values: dict[str, Any]) -> list[dict[str, Any]]:
 def draw(ax: Any, told: dict[str, Any]) -> None:
     """One figure into given axes."""
     known: set[str] = set()
-    for line in told["lines"]:
-        style = line["style"] % len(COLORS)
-        label = line["label"] if line["label"] not in known else ""
-        known.add(line["label"])
+    for curve in told["lines"]:
+        style = curve["style"] % len(COLORS)
+        label = curve["label"] if curve["label"] not in known else ""
+        known.add(curve["label"])
         ax.plot(
-            line["x"], line["y"], color=COLORS[style], ls=DASHES[style], lw=0.9 if line["thin"] else 1.6, label=label
+            curve["x"], curve["y"], color=COLORS[style], ls=DASHES[style], lw=0.9 if curve["thin"] else 1.6, label=label
         )
     for mark in told["marks"]:
         ax.plot(mark["x"], mark["y"], "o", mfc="white", mec=COLORS[mark["style"]], ms=5)
