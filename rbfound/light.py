@@ -100,8 +100,15 @@ def condensed(squared: Array, held: Array, limit: float) -> tuple[Array, Array]:
     ----------
     squared : (modes,) omega^2 [1/s^2]
     held : (rows, modes), displacements that must stay right
+
+    Raises
+    ------
+    ValueError
+        When no mode lies above the limit.
     """
     few = squared < float(radians(limit)) ** 2
+    if few.all():
+        raise ValueError(f"There is nothing to make light: no mode lies above {limit:g} Hz.")
     yielding = (held[:, ~few] / squared[~few]).T
     basis = linalg.orth(yielding / np.linalg.norm(yielding, axis=0))
     above, own = linalg.eigh(basis.T @ (squared[~few][:, None] * basis))
