@@ -15,6 +15,8 @@ export JUPYTER_PREFER_ENV_PATH := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONPATH MPLBACKEND
 
+# These tests open what has been built.
+BUILT := tests/test_book.py tests/test_live_page.py tests/test_accessibility.py tests/test_offline.py
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
@@ -36,7 +38,7 @@ book: $(VENV)/book.stamp html ## install, run and build the book, and say where 
 	@echo "  $(abspath _build/html/index.html)"
 
 test: $(VENV)/dev.stamp lint unit wheel html ## install, and run every check there is
-	$(BIN)/pytest --nbval $(NOTEBOOKS) tests/test_book.py
+	$(BIN)/pytest --nbval $(NOTEBOOKS) $(BUILT)
 
 lab: $(VENV)/book.stamp ## open the notebooks in JupyterLab
 	$(BIN)/jupyter lab notebooks

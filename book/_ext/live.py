@@ -28,6 +28,7 @@ from sphinx.util.docutils import SphinxDirective
 import rbfound
 from rbfound import live
 
+ROOT = Path(__file__).resolve().parents[2]
 WORKER = Path(__file__).with_name("live_worker.js")
 # What Pyodide 0.27.7 fetches for numpy and scipy, before it is compressed for the way.
 CORE = ("pyodide.js", "pyodide.asm.js", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json")
@@ -47,7 +48,7 @@ class LiveDirective(SphinxDirective):
             raise self.error(f"There is nothing named {name!r} to play with: there are {', '.join(live.THINGS)}.")
         self.env.metadata[self.env.docname]["live"] = True
         picture, text = stills.still(name, live.start(name, data_folder(self.config)))
-        size = download(self.config.live_pyodide, self.env.srcdir) / 1e6
+        size = download(self.config.live_pyodide) / 1e6
         where = "with this book" if is_folder(self.config.live_pyodide) else "once, then your browser keeps it"
         html = (
             f'<figure class="rbfound-live" id="live-{name}" data-live="{name}" data-front="{live.front(name)}">'
@@ -70,10 +71,7 @@ def is_folder(pyodide: str) -> bool:
 
 def data_folder(config: Any) -> Path:
     """The folder whose files `live_data` names."""
-    return Path(config.live_folder) if Path(config.live_folder).is_absolute() else ROOT / config.live_folder
-
-
-ROOT = Path(__file__).resolve().parents[2]
+    return ROOT / str(config.live_folder)
 
 
 def carried(pyodide: str) -> list[Path]:
@@ -91,7 +89,7 @@ def carried(pyodide: str) -> list[Path]:
     return paths
 
 
-def download(pyodide: str, _: Any) -> int:
+def download(pyodide: str) -> int:
     """Bytes that a reader's browser loads for Python."""
     return sum(path.stat().st_size for path in carried(pyodide)) or BYTES
 
@@ -106,7 +104,7 @@ def zipped(entries: Iterable[tuple[str, bytes]]) -> bytes:
 
 
 def wheel() -> bytes:
-    """The package as a wheel, as far as it runs in a page: its modules, without what draws and what pictures need."""
+    """The package as a wheel, from the work tree as it stands: its modules, without scripts and styles."""
     package = Path(rbfound.__file__).parent
     about = f"rbfound-{rbfound.__version__}.dist-info"
     entries = [(f"rbfound/{path.name}", path.read_bytes()) for path in sorted(package.glob("*.py"))]
@@ -136,7 +134,7 @@ def scripts(config: Any) -> Mapping[str, Any]:
     own = carried(config.live_pyodide)
     about = {
         "base": "https://pyodide.invalid/" if own else config.live_pyodide.rstrip("/") + "/",
-        "bytes": download(config.live_pyodide, None),
+        "bytes": download(config.live_pyodide),
         "carried": [path.name for path in own] or None,
         "data": sorted(config.live_data),
         "worker": WORKER.read_text(encoding="utf-8"),

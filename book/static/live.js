@@ -158,7 +158,14 @@
       this.say("Loading Python …");
       const bar = make(this.status, "progress", { max: 1 }, { "aria-label": "Loading Python" });
       const words = this.status.firstChild;
-      const heard = (share, text) => { bar.value = share; words.textContent = `${text} `; };
+      // a screen reader is told every tenth
+      let tenth = -1;
+      const heard = (share, text) => {
+        bar.value = share;
+        if (Math.floor(10 * share) === tenth && share < 1) return;
+        tenth = Math.floor(10 * share);
+        words.textContent = `${text} `;
+      };
       listeners.add(heard);
       try {
         const about = await fromScript("about");
@@ -169,6 +176,10 @@
         const seconds = ((performance.now() - started) / 1000).toFixed(1);
         this.say(`Running in this page: ${this.python.versions}. Ready after ${seconds} s.`);
         this.root.dataset.ready = seconds;
+        // the button is gone: whoever came to it by keys goes on from here
+        if (document.activeElement === document.body) {
+          this.place.querySelector("input, select, button")?.focus({ preventScroll: true });
+        }
       } catch (error) {
         this.say(`Python could not be started here: ${error.message} The picture above stands for it.`, "trouble");
         this.bar.hidden = false;
