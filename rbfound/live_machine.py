@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 SEATS, TIP = (0.045, 0.85), 1.0
 ROTOR_LIMIT, FOUNDATION_LIMIT = 2000.0, 1000.0
 # The highest speed [rev/min], the highest frequency that is drawn [Hz], and steps of speed.
-FASTEST, HIGHEST, STEPS = 30000.0, 700.0, 13
+FASTEST, HIGHEST, STEPS = 30000.0, 700.0, 9
 # One gram-metre of unbalance, and the speeds [rev/min] at which the answer to it is drawn.
 UNBALANCE = 1e-3
 SWEEP = np.linspace(300.0, 24000.0, 240)
