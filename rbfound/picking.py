@@ -102,9 +102,10 @@ def picked(bench: Bench, peaks: Sequence[Any], method: str = "pmsm") -> Picked:
         np.array([_damping(bench, j, picks[k]) for j, k in enumerate(order)]),
     )
     modes = pseudo_modes(bench.frf, chosen)
-    foundation = equivalent_matrices(modes.Phi, modes.omega, modes.zeta, labels)
-    found = modes.omega, modes.zeta, modes.Phi, *bench.frequencies(foundation)
-    return Picked(method, chosen, labels, tuple(order), modes.Phi, foundation, *found)
+    Phi: Array = np.real(modes.Phi)
+    foundation = equivalent_matrices(Phi, modes.omega, modes.zeta, labels)
+    found = modes.omega, modes.zeta, Phi, *bench.frequencies(foundation)
+    return Picked(method, chosen, labels, tuple(order), Phi, foundation, *found)
 
 
 def _check_seats(picks: Sequence[Pick], labels: Sequence[str]) -> None:
