@@ -39,6 +39,10 @@ HELD = """(root, name) => JSON.stringify(root.rbfound.get(name), (_, value) =>
 WATCH = """window.latencies = []; document.addEventListener("rbfound-drawn", (event) => {
   if (event.detail.latency != null) window.latencies.push(event.detail.latency); });"""
 
+DROP = """(place, name) => { const dataTransfer = new DataTransfer();
+  dataTransfer.items.add(new File(["frequency,x1\\n1,2\\n"], name));
+  place.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true })); }"""
+
 
 def missing(sentence: str) -> None:
     """Skip, with what to do about it; in CI a skip would hide a broken page, so there it fails."""
@@ -247,10 +251,9 @@ def test_what_was_picked_can_be_taken_away(stage: Stage, tmp_path: Path) -> None
     same(stage.held("peak_picker", "result")["matrices"]["K"], taken.K.tolist())
 
 
-def test_files_of_the_reader_are_read_and_identified_in_the_page(stage: Stage, tmp_path: Path) -> None:
+def test_files_of_the_reader_are_read_and_identified_in_the_page(stage: Stage) -> None:
     own = stage.thing("peak_picker").locator(".rbfound-live-own")
-    (tmp_path / "measured.csv").write_text("frequency,x1\n1,2\n")
-    own.locator("input").set_input_files([tmp_path / "measured.csv"])
+    own.evaluate(DROP, "measured.csv")
     stage.page.wait_for_selector(".rbfound-live-own[data-refused]")
     assert "measured.csv" in own.locator(".rbfound-live-status").inner_text()
     own.locator("input").set_input_files(sorted((DATA / "medium").glob("*.txt")))

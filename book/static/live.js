@@ -138,6 +138,23 @@
     return fronts.get(name);
   }
 
+  // The files of a drop, those of a folder among them. The entries are gone once the event is over: asked for at once.
+  function dropped(transfer) {
+    const entries = [...transfer.items].map((item) => item.webkitGetAsEntry?.()).filter(Boolean);
+    if (!entries.some((entry) => entry.isDirectory)) return [...transfer.files];
+    const one = (entry) => new Promise((done, failed) => entry.file(done, failed));
+    const inside = async (folder) => {
+      const reader = folder.createReader(), out = [];
+      for (;;) {
+        const some = await new Promise((done, failed) => reader.readEntries(done, failed));
+        if (!some.length) return out;
+        out.push(...some.filter((entry) => entry.isFile));
+      }
+    };
+    return Promise.all(entries.map((entry) => (entry.isFile ? [entry] : inside(entry))))
+      .then((lists) => Promise.all(lists.flat().map(one)));
+  }
+
   // ---- one thing in the page ----
   let keys = 0;
   class Thing {
@@ -232,7 +249,7 @@
       const own = (this.own = make(this.root, "div", { className: "rbfound-live-own" }));
       const words = make(own, "p");
       make(words, "strong", { textContent: "Your own FRFs. " });
-      words.append("Drop the text files of a set here, one for each pair of seats (sixteen for two bearings, named as in " +
+      words.append("Drop the text files of a set or their folder here, one file for each pair of seats (sixteen for two bearings, named as in " +
         "data/foundation: …x1_from_y1.txt), or choose them. They are read in this page and stay on this machine.");
       const row = make(own, "p");
       const label = make(row, "label", { textContent: "Choose files" });
@@ -254,18 +271,17 @@
         } finally { own.removeAttribute("aria-busy"); }
       };
       const take = async (list) => {
-        const chosen = [...list];
-        if (!chosen.length) return;
         delete own.dataset.opened;
         delete own.dataset.refused;
-        const files = await Promise.all(chosen.map(async (file) => [file.name, new Uint8Array(await file.arrayBuffer())]));
-        const count = `${files.length} ${files.length === 1 ? "file" : "files"}`;
-        await work(`Reading ${count} and fitting all modes …`,
-          () => this.python.ask("open", { key: this.key, name: this.name, files }),
-          `What is shown was identified from your ${count}.`);
+        await work("Reading the files and fitting all modes …", async () => {
+          const files = await Promise.all((await list).map(async (file) =>
+            [file.name, new Uint8Array(await file.arrayBuffer())]));
+          if (!files.length) throw new Error("There is none among them.");
+          return this.python.ask("open", { key: this.key, name: this.name, files });
+        }, "What is shown was identified from your files.");
         back.hidden = !own.dataset.opened;
       };
-      input.onchange = () => { take(input.files); input.value = ""; };
+      input.onchange = () => { if (input.files.length) take([...input.files]); input.value = ""; };
       back.onclick = () => work("Back …", () => this.python.ask("start", { key: this.key, name: this.name }), "")
         .then(() => { back.hidden = true; });
       own.ondragover = (event) => { event.preventDefault(); own.classList.add("is-over"); };
@@ -273,7 +289,7 @@
       own.ondrop = (event) => {
         event.preventDefault();
         own.classList.remove("is-over");
-        take(event.dataTransfer.files);
+        take(dropped(event.dataTransfer));
       };
     }
   }
