@@ -295,6 +295,7 @@ def test_a_narrow_page_with_everything_running_does_not_scroll_sideways(stage: S
 def test_axe_finds_nothing_serious_in_what_is_running(stage: Stage, theme: str) -> None:
     if not find_spec("axe_playwright_python"):
         missing("This test needs axe-core: pip install axe-playwright-python, or make test.")
+    stage.page.add_style_tag(content="*, *::before, *::after { transition: none !important; }")
     stage.page.evaluate("theme => { document.documentElement.dataset.theme = theme; }", theme)
     stage.page.evaluate(files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8"))
     found = stage.page.evaluate("axe.run(document.querySelector('article'), {resultTypes: ['violations']})")
