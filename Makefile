@@ -20,7 +20,7 @@ BUILT := tests/test_book.py tests/test_live_page.py tests/test_accessibility.py 
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
-.PHONY: help book test lab notebooks picture data crosscheck bench lint format unit html wheel screenshots clean distclean
+.PHONY: help book test lab notebooks picture data crosscheck study bench lint format unit html wheel screenshots clean distclean
 .NOTPARALLEL:
 
 help: ## list these targets
@@ -57,6 +57,9 @@ crosscheck: $(VENV)/book.stamp ## solve the solid foundation with CalculiX too (
 
 bench: benchmarks/.venv/bench.stamp ## compare errors and CPU time with the peers, each at its pinned version
 	benchmarks/.venv/bin/python benchmarks/identification.py
+
+study: $(VENV)/book.stamp ## identify two hundred noisy measurements: errors, and how often the error bars hold (15 minutes)
+	$(BIN)/python tools/study.py
 
 lint: $(VENV)/dev.stamp ## ruff and mypy
 	$(BIN)/ruff check .

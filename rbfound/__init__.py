@@ -16,6 +16,7 @@ from rbfound.residues import Residues, fit_residues, lscf
 from rbfound.rotor import Bearing, Disk, Rotor, Shaft
 from rbfound.system import Modes, System, mac
 from rbfound.tables import bound, table
+from rbfound.uncertainty import CriticalBars, ErrorBars, campbell_bars, critical_bars, error_bars, monte_carlo
 from rbfound.units import from_rpm, hertz, radians, rpm
 from rbfound.whirl import Campbell, CriticalSpeeds, campbell, unbalance_response
 
@@ -26,8 +27,10 @@ __all__ = [
     "Bearing",
     "Campbell",
     "CircleFit",
+    "CriticalBars",
     "CriticalSpeeds",
     "Disk",
+    "ErrorBars",
     "Foundation",
     "Fraction",
     "Machine",
@@ -43,9 +46,12 @@ __all__ = [
     "System",
     "bound",
     "campbell",
+    "campbell_bars",
     "circle_fit",
     "coupled_poles",
+    "critical_bars",
     "equivalent_matrices",
+    "error_bars",
     "fit_fraction",
     "fit_modes",
     "fit_residues",
@@ -59,6 +65,7 @@ __all__ = [
     "modal_constants",
     "modal_foundation",
     "mode_indicator",
+    "monte_carlo",
     "mount",
     "mount_measured",
     "passivity",

@@ -85,7 +85,7 @@ def missing_mode(problem: Problem, state: State, own: Array, zeta: float) -> tup
     N, b = curvature(problem, state), gradient(problem, state, residuals(problem, state))
     scale = scale_of(N)
     factor = linalg.cholesky(N / scale[:, None] / scale + 1e-9 * np.eye(len(N)), lower=True)
-    size, match, cross = _against(problem, state, own, zeta)
+    size, match, cross = against(problem, state, own, zeta)
     # what the present modes can do by themselves is taken out, of the candidates and of the residuals
     count, entries = size.shape
     Y = linalg.solve_triangular(factor, (cross / scale).reshape(count * entries, -1).T, lower=True)
@@ -96,7 +96,7 @@ def missing_mode(problem: Problem, state: State, own: Array, zeta: float) -> tup
     return State(phi.T.copy(), own, np.full(count, zeta)), gain
 
 
-def _against(problem: Problem, state: State, own: Array, zeta: float) -> tuple[Array, Array, Array]:
+def against(problem: Problem, state: State, own: Array, zeta: float) -> tuple[Array, Array, Array]:
     """Of each candidate and entry: its squared norm, its product with the residuals, and with J, (c, entries, ...)."""
     m, entries = len(state.omega), len(problem.rows)
     heavy, thin = np.full(len(own), zeta), problem.thinned()

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
 from rbfound.additions import decimated, first_modes
+from rbfound.confidence import covariance_of, hidden_places, wide_covariance
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF, SEATS
 from rbfound.leastsquares import (
@@ -20,12 +20,9 @@ from rbfound.leastsquares import (
     Problem,
     State,
     compliance,
-    cost,
-    curvature,
     noise_of,
     problem_of,
     refine,
-    scale_of,
 )
 from rbfound.modesearch import completed, counted, doubtful, inside, pruned, reweighted, variance_of
 from rbfound.polyreference import largest_order, lines_in, stabilisation, stable_poles
@@ -55,6 +52,9 @@ class ModalFit:
         Modes of the band that the data hardly determine.
     covariance : (p, p)
         Of phi (seats, m) row by row, log omega (m,), log zeta (m,): the noise through the linearised fit.
+    wide_covariance : (p + h, p + h)
+        The same with what noise can hide outside the band: behind the parameters stand the entries i <= j of a free
+        residue at each frequency of `hidden` (b,) [rad/s]. Error bars are made of it.
     noise : float
         Standard deviation of the complex error of one FRF, as a part of |H| (relative=False: [m/N]), estimated from its
         change from line to line.
@@ -71,6 +71,8 @@ class ModalFit:
     inside: NDArray[np.bool_]
     unsure: NDArray[np.bool_]
     covariance: Array
+    wide_covariance: Array
+    hidden: Array
     noise: float
     misfit: Array
     band: tuple[float, float]
@@ -85,9 +87,9 @@ class ModalFit:
     @property
     def deviation(self) -> tuple[Array, Array]:
         """Standard deviations of frequency and of damping, each as a part of its value, (m,) and (m,)."""
-        m = len(self.omega)
-        spread = np.sqrt(np.maximum(np.diag(self.covariance), 0))
-        return spread[-2 * m : -m], spread[-m:]
+        n, m = self.Phi.size, len(self.omega)
+        spread = np.sqrt(np.maximum(np.diag(self.wide_covariance), 0))
+        return spread[n : n + m], spread[n + m : n + 2 * m]
 
     def foundation(self) -> Foundation:
         """The fit as a foundation, with notes on how good it is."""
@@ -176,23 +178,8 @@ def _poles(part: FRF) -> Complex:
         return np.zeros(0, dtype=complex)
 
 
-def _covariance(problem: Problem, state: State) -> tuple[Array, float]:
-    """Covariance of the parameters, and the standard deviation of a complex weighted residual."""
-    N, left = curvature(replace(problem, sparse=None), state), cost(problem, state)
-    # real and imaginary part share the variance
-    variance = left / max(2 * problem.H.size - len(N), 1)
-    scale = scale_of(N)
-    inverse = linalg.pinvh(N / scale[:, None] / scale, rtol=1e-13) / scale[:, None] / scale
-    # from shapes relative to their frequency to shapes
-    seats, m = state.Phi.shape
-    turn = np.eye(len(N))
-    for i in range(seats):
-        turn[i * m : (i + 1) * m, seats * m : -m] = np.diag(state.Phi[i])
-    return turn @ inverse @ turn.T * variance, float(np.sqrt(2 * variance))
-
-
 def _deviation(problem: Problem, state: State) -> tuple[Array, float]:
-    covariance, noise = _covariance(problem, state)
+    covariance, noise = covariance_of(problem, state)
     return np.sqrt(np.maximum(np.diag(covariance), 0)), noise
 
 
@@ -200,9 +187,11 @@ def _judged(
     problem: Problem, part: FRF, state: State, edges: tuple[float, float], band: tuple[float, float], relative: bool
 ) -> ModalFit:
     """What the fit is worth: covariance, noise, misfit, and which modes the data hardly determine."""
-    covariance, spread = _covariance(problem, state)
+    covariance, spread = covariance_of(problem, state)
+    hidden = hidden_places(problem)
     deviation = np.sqrt(np.maximum(np.diag(covariance), 0))
     own = inside(state, edges)
+    wide = wide_covariance(problem, state, hidden, float(np.median(state.zeta[own])))
     model = np.einsum(
         "im,jm,mn->nij", state.Phi, state.Phi, compliance(problem.omega, state.omega, state.zeta), optimize=True
     )
@@ -216,7 +205,19 @@ def _judged(
     noise = noise_of(problem, state) / unit
     unsure = own & doubtful(problem, state, deviation, spread)
     return ModalFit(
-        state.Phi, state.omega, state.zeta, own, unsure, covariance, noise, misfit, band, part.labels, relative
+        state.Phi,
+        state.omega,
+        state.zeta,
+        own,
+        unsure,
+        covariance,
+        wide,
+        hidden,
+        noise,
+        misfit,
+        band,
+        part.labels,
+        relative,
     )
 
 

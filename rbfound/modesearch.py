@@ -25,6 +25,12 @@ from rbfound.units import hertz
 # few leaves undone makes the others wrong by more than their error bars: 7 falls by chance in one fit of five.
 WORTH, WORTH_OUTSIDE = 20.0, 7.0
 
+# A pseudo-mode that does less, in units of the noise's variance, stands for nothing.
+IDLE = 2.0
+
+# At the end of the search so many places are tried in turn, a good way from one another (in log omega).
+TRIALS, APART = 4, 0.15
+
 # A search that goes on ends at a step that lowers the cost by less than this part of it.
 ROUGH = 0.0003
 
@@ -58,22 +64,44 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
         variance = variance_of(problem, state)
         small, rough = (0.02 * variance, 0.0) if thorough else (variance, ROUGH)
         state, left = refine(problem, state, small=small, rough=rough, iterations=80)
+        variance = variance_of(problem, state)
+        idle = ~inside(state, edges) & (weight_of(problem, state) < IDLE * variance)
+        if idle.any():
+            state = state.only(~idle)
+            continue
         if added < most and left > FINEST**2 * problem.H.size:
-            variance = variance_of(problem, state)
             new, gain = missing_mode(problem, state, tried, zeta)
-            best = int(np.where(within & (gain < WORTH * variance), 0.0, gain).argmax())
-            least = variance * (WORTH if within[best] else WORTH_OUTSIDE)
-            if gain[best] > least:
-                more, then = state.joined(new.only(np.array([best]))), np.inf
-                for share in (ROUGH, 0.0):
-                    if left - then <= least:
-                        more, then = refine(problem, more, small=0.1 * variance, rough=share, iterations=80)
-                if left - then > least:
-                    state, added, thorough = more, added + 1, False
-                    continue
+            least = variance * np.where(within, WORTH, WORTH_OUTSIDE)
+            places = _places(np.where(gain > least, gain, 0.0), tried, TRIALS if thorough else 1)
+            more = _added(problem, state, left, [(new.only(place), float(least[place[0]])) for place in places])
+            if more is not None:
+                state, added, thorough = more, added + 1, False
+                continue
         if thorough:
             return state
         thorough = True
+
+
+def _places(gain: Array, tried: Array, most: int) -> list[NDArray[np.intp]]:
+    """The candidates that gain most and lie apart from one another, best first."""
+    places: list[NDArray[np.intp]] = []
+    while len(places) < most and gain.max() > 0:
+        best = gain.argmax()
+        places.append(np.array([best]))
+        gain = np.where(np.abs(np.log(tried / tried[best])) < APART, 0.0, gain)
+    return places
+
+
+def _added(problem: Problem, state: State, left: float, options: list[tuple[State, float]]) -> State | None:
+    """The modes and the first of several others that lowers the cost by as much as it has to, or None."""
+    for new, least in options:
+        more = state.joined(new)
+        # a rough fit is gone on with if it does not
+        for rough in (ROUGH, 0.0):
+            more, then = refine(problem, more, small=0.05 * least, rough=rough, iterations=80)
+            if left - then > least:
+                return more
+    return None
 
 
 def inside(state: State, edges: tuple[float, float]) -> NDArray[np.bool_]:
@@ -91,6 +119,14 @@ def doubtful(problem: Problem, state: State, deviation: Array, noise: float) -> 
     known = (deviation[-2 * m : -m] < 0.003) & (deviation[-m:] < 0.15)
     free = (state.zeta > 1.01 * LIGHT) & (state.zeta < 0.99 * HEAVY)
     return np.asarray(~known | ~free | (prominence_of(problem, state) < 5 * noise))
+
+
+def weight_of(problem: Problem, state: State) -> Array:
+    """Sum of the squares of what each mode alone does to the weighted receptances, (m,)."""
+    thin = problem.thinned()
+    g = np.abs(compliance(thin.omega, state.omega, state.zeta)) ** 2
+    product = (state.Phi[thin.rows] * state.Phi[thin.columns]) ** 2
+    return np.asarray((product * (thin.weight**2 @ g.T)).sum(axis=0))
 
 
 def prominence_of(problem: Problem, state: State) -> Array:

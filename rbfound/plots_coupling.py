@@ -1,12 +1,12 @@
 """Figures of coupled machines by several roads: each beside the truth, and what noise does to a foundation's FRFs."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rbfound.plots import BLACK, LINES, styled
+from rbfound.plots import BLACK, BLUE, LINES, styled
 
 
 @styled
@@ -47,4 +47,18 @@ def passivity(frequency: ArrayLike, levels: Mapping[str, ArrayLike]) -> None:
     ax.set(xlabel="frequency [Hz]", ylabel="least loss, part of |H| [%]")
     ax.margins(y=0.02)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    plt.show()
+
+
+@styled
+def price(names: Sequence[str], seconds: ArrayLike, errors: ArrayLike) -> None:
+    """What each way costs [s] over how far off it ends [%]; one without any cost stands at a hundredth of a second."""
+    _, ax = plt.subplots(figsize=(7.2, 3.4))
+    cost = np.maximum(np.asarray(seconds, dtype=float), 0.01)
+    ax.loglog(np.asarray(errors), cost, "o", color=BLUE, ms=7)
+    for k, (name, x, y) in enumerate(zip(names, np.asarray(errors), cost, strict=True)):
+        # neighbours one above, one below
+        ax.annotate(name, (x, y), xytext=(7, 6 if k % 2 else -13), textcoords="offset points", fontsize=9)
+    ax.set(xlabel="largest error of a natural frequency [%]", ylabel="CPU time to the foundation [s]")
+    ax.margins(x=0.18, y=0.25)
     plt.show()

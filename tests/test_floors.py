@@ -33,6 +33,7 @@ FLOORS = {
     "sdof": 1,
     "system": 1,
     "peaks": 2,
+    "confidence": 2,
     "modesearch": 2,
     "polyreference": 2,
     "live_sdof": 2,
@@ -63,6 +64,8 @@ FLOORS = {
     "picking": 6,
     "plots": 6,
     "frontend": 7,
+    "roads": 7,
+    "plots_bars": 7,
     "plots_coupling": 7,
     "plots_peaks": 7,
     "plots_poles": 7,
@@ -73,7 +76,7 @@ FLOORS = {
 
 # Packages beyond numpy and scipy, and the modules that may import them: each an extra of its own.
 EXTRAS = {
-    "matplotlib": {"plots", "plots_coupling", "plots_peaks", "plots_poles", "viewer"},
+    "matplotlib": {"plots", "plots_bars", "plots_coupling", "plots_peaks", "plots_poles", "viewer"},
     "mpl_toolkits": {"plots"},
     "skfem": {"assembly", "mesh", "revolved"},
     "ipywidgets": {"widgets"},
