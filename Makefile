@@ -38,7 +38,8 @@ book: $(VENV)/book.stamp html ## install, run and build the book, and say where 
 	@echo "  $(abspath _build/html/index.html)"
 
 test: $(VENV)/dev.stamp lint unit wheel html ## install, and run every check there is
-	$(BIN)/pytest --nbval $(NOTEBOOKS) $(BUILT)
+	$(BIN)/pytest --nbval --numprocesses 2 --dist loadfile $(NOTEBOOKS)
+	$(BIN)/pytest $(BUILT)
 
 lab: $(VENV)/book.stamp ## open the notebooks in JupyterLab
 	$(BIN)/jupyter lab notebooks
