@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rbfound.units import radians
 
@@ -83,8 +83,36 @@ class FRF:
             raise ValueError(f"There is no seat {label!r}: the seats are {', '.join(self.labels)}.")
         return self.labels.index(label)
 
+    def kinds(self) -> NDArray[np.str_]:
+        """What ties each response (row) to each force (column): an array of words, as large as H on one line.
+
+        "direct" is one seat, "cross-coupling" X to Y at one bearing, "cross-talk" from one bearing to the other. Labels
+        are a direction and the number of a bearing.
+        """
+        same = np.equal.outer([label[1:] for label in self.labels], [label[1:] for label in self.labels])
+        words = np.where(same, "cross-coupling", "cross-talk")
+        words[np.diag_indices(len(self.labels))] = "direct"
+        return words
+
+    def without(self, kind: str) -> "FRF":
+        """The same with zeros in place of one kind of FRF: a foundation that lacks it."""
+        kinds = self.kinds()
+        if kind not in kinds:
+            raise ValueError(f"There is no {kind!r} here: the kinds are {', '.join(sorted(set(kinds.ravel())))}.")
+        return FRF(self.frequency, np.where(kinds == kind, 0, self.H), self.labels)
+
     def _omega(self) -> NDArray[np.float64]:
         return np.asarray(radians(self.frequency))[:, None, None]
+
+
+def relative_error(H: ArrayLike, truth: ArrayLike) -> NDArray[np.float64]:
+    """|H - truth| / |truth| line by line, (n,): of single receptances (n,), or of matrices in Frobenius' norm."""
+    H, truth = np.asarray(H), np.asarray(truth)
+    if H.shape != truth.shape:
+        raise ValueError(f"H has shape {H.shape} and truth {truth.shape}: they must be alike.")
+    lines = len(truth)
+    size = np.linalg.norm(truth.reshape(lines, -1), axis=1)
+    return np.asarray(np.linalg.norm((H - truth).reshape(lines, -1), axis=1) / size)
 
 
 def check_ascending(frequency: NDArray[np.float64]) -> None:

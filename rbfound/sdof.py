@@ -37,6 +37,17 @@ def receptance(frequency: ArrayLike, m: float, c: float, k: float) -> NDArray[np
     return np.asarray(1 / (k - omega**2 * m + 1j * omega * c))
 
 
+def transmissibility(frequency: ArrayLike, m: float, c: float, k: float) -> NDArray[np.complex128]:
+    """Force on the ground for a unit harmonic force on the mass [-], complex (equations 25-31).
+
+    (k + i omega c) / (k - omega^2 m + i omega c): what spring and damper carry of it. Its angle is the phase of the
+    force below, negative behind the one above. The same ratio is the displacement of the mass for a unit displacement
+    of the ground. At omega = sqrt(2 k / m) its size is 1, whatever the damper.
+    """
+    through = k + 1j * radians(frequency) * c
+    return np.asarray(through * receptance(frequency, m, c, k))
+
+
 def free_vibration(time: ArrayLike, m: float, c: float, k: float, x0: float = 0.0, v0: float = 0.0) -> Array:
     """Displacement [m] at the times [s] after a release at x0 [m] with v0 [m/s] (equation 2)."""
     fast, slow = poles(m, c, k)

@@ -237,6 +237,20 @@ def reduce(solid: Solid, modes: int = 16, blocks: int = 3, zeta: float = 0.02, n
     return modal_foundation(solid.B @ Phi, omega, np.full(len(omega), zeta), solid.labels, tuple(notes))
 
 
+def momentum(solid: Solid, Phi: ArrayLike) -> Array:
+    """Momentum of the whole body along X and along Y for a unit velocity of each shape, (2, m) [sqrt(kg)].
+
+    What `rbfound.transmitted.ground_forces` needs to know of a reduced solid.
+
+    Parameters
+    ----------
+    Phi : (n, m), as `natural_modes` or `ritz_modes` give them
+    """
+    nodes = solid.mesh.doflocs.shape[1]
+    along = np.kron(np.eye(3)[:2], np.ones(nodes))
+    return np.asarray(along @ (solid.M @ np.asarray(Phi, dtype=float)))
+
+
 def direct_receptance(
     solid: Solid, frequency: ArrayLike, damped: tuple[Array, Array], zeta: float | Array = 0.02
 ) -> FRF:

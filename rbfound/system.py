@@ -60,7 +60,7 @@ class Modes:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A second-order system M q'' + (C + G) q' + K q = f.
+    """A second-order system M q'' + (C + G) q' + K q = f (equations 7, 50-52).
 
     Attributes
     ----------
@@ -136,7 +136,7 @@ class System:
     def receptance(self, frequency: ArrayLike, outputs: Array | None = None, inputs: Array | None = None) -> Complex:
         """Displacement for a unit force, H = outputs (K + i omega (C + G) - omega^2 M)^-1 inputs.
 
-        Solved line by line, never inverted.
+        Solved line by line, never inverted (equations 11-14, 44-46).
 
         Parameters
         ----------

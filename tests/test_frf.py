@@ -125,3 +125,28 @@ def test_an_unknown_seat_is_an_error_that_lists_the_known_ones():
 def test_an_frf_cannot_be_changed_by_assignment():
     with pytest.raises(AttributeError):
         some_frf().labels = ("a",)
+
+
+def test_of_sixteen_frfs_four_are_direct_four_cross_coupling_and_eight_cross_talk():
+    frf = rb.FRF([1.0], np.ones((1, 4, 4)))
+    kinds = frf.kinds()
+    words, counts = np.unique(kinds, return_counts=True)
+    assert dict(zip(words.tolist(), counts.tolist(), strict=True)) == {
+        "direct": 4,
+        "cross-coupling": 4,
+        "cross-talk": 8,
+    }
+    assert (kinds[0, 1], kinds[0, 2], kinds[0, 3]) == ("cross-coupling", "cross-talk", "cross-talk")
+    assert (kinds == kinds.T).all()
+    # without cross-talk two bearings are left that do not know of each other
+    np.testing.assert_array_equal(frf.without("cross-talk").H[0].real, np.kron(np.eye(2), np.ones((2, 2))))
+    with pytest.raises(ValueError, match="no 'crosstalk' here"):
+        frf.without("crosstalk")
+
+
+def test_a_relative_error_is_taken_line_by_line():
+    truth = np.array([[[3.0, 0], [0, 4]], [[1, 1], [1, 1]]]) * 1j
+    np.testing.assert_allclose(rb.relative_error(truth * [[[1.1]], [[1]]], truth), [0.1, 0.0], atol=1e-15)
+    np.testing.assert_allclose(rb.relative_error([2.0, 3], [1j, 3]), [np.sqrt(5), 0])
+    with pytest.raises(ValueError, match="must be alike"):
+        rb.relative_error([1.0], truth)

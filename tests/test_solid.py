@@ -309,8 +309,11 @@ def test_mesh_to_receptances_takes_less_than_twenty_seconds() -> None:
     assert time.thread_time() - start < 20
 
 
-def test_the_committed_data_are_what_the_solid_gives(script: ModuleType, foundation: rb.Foundation) -> None:
+def test_the_committed_data_are_what_the_solid_gives(
+    script: ModuleType, solid: Solid, foundation: rb.Foundation
+) -> None:
     assert max(script.differences(foundation).values()) < 1e-6
+    assert script.momentum_difference(script.momentum_of(solid)) < 1e-6
 
 
 def test_the_committed_sets_are_on_the_lines_that_the_thesis_took() -> None:

@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parent.parent
 USE = """
 import sys
 import rbfound
-optional = {"matplotlib", "skfem", "ipywidgets"} & set(sys.modules)
+optional = {"matplotlib", "skfem", "ipywidgets", "anywidget"} & set(sys.modules)
 assert not optional, f"import rbfound loads {optional}"
 print("rbfound", rbfound.__version__, "imports from", rbfound.__file__)
 """
