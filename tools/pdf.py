@@ -33,8 +33,8 @@ h1, h2, h3 { break-after: avoid; } p { orphans: 3; widows: 3; margin: 0 0 0.75em
 section.page { break-before: page; }
 .title { height: 235mm; display: flex; flex-direction: column; justify-content: center; }
 .title h1 { font-size: 38pt; border: 0; } .title p { font-size: 14pt; max-width: 130mm; } .title img { width: 100%; }
-nav { break-before: page; } nav h2 { font-size: 12pt; margin: 5mm 0 1mm; }
-nav p { margin: 0.5mm 0; } nav a { color: #111; text-decoration: none; }
+nav { break-before: page; } nav h2 { font-size: 11.5pt; margin: 3.5mm 0 0.5mm; }
+nav p { margin: 0.2mm 0; } nav a { color: #111; text-decoration: none; }
 a { color: #14507f; text-decoration: none; }
 img { max-width: 100%; height: auto; break-inside: avoid; }
 pre, code { font-family: "DejaVu Sans Mono", monospace; } code { font-size: 0.85em; }
@@ -45,7 +45,8 @@ pre { margin: 0; padding: 2mm 3mm; }
 .cell_output img { display: block; margin: 0 auto; }
 table { border-collapse: collapse; font-size: 8.4pt; width: 100%; margin: 3mm 0; }
 td, th { border-bottom: 0.2mm solid #bbb; padding: 0.8mm 1.5mm; text-align: left; vertical-align: top; }
-td, th { overflow-wrap: anywhere; }
+td code { overflow-wrap: anywhere; }
+dl.glossary dt, dt strong { font-weight: bold; } .classifier::before { content: ": "; }
 tr { break-inside: avoid; } th { border-bottom: 0.4mm solid #444; }
 details { border-left: 0.8mm solid #ccc; padding-left: 3mm; } .math { break-inside: avoid; }
 div.math { position: relative; } .eqno { position: absolute; right: 0; top: 0.6em; z-index: 1; }

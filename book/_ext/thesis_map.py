@@ -129,13 +129,22 @@ def names_in(node: ast.AST) -> set[str]:
 
 def tests(names: Iterable[str]) -> tuple[str, ...]:
     """Test files that use one of these functions, those with the most such tests first."""
-    wanted = set()
+    count: dict[str, int] = defaultdict(int)
     for name in names:
-        # of a module, its functions: a method's name may be one of many
-        inside = [n for n in docstrings() if n.rpartition(".")[0] == name] if name.count(".") == 1 else [name]
-        wanted |= {n.rpartition(".")[2] for n in inside}
-    count = {file: sum(bool(wanted & used) for used in found.values()) for file, found in uses().items()}
+        whole_module = name.count(".") == 1
+        wanted = {n.rpartition(".")[2] for n in docstrings() if n.rpartition(".")[0] == name} if whole_module else set()
+        wanted.add(name.rpartition(".")[2])
+        for file, found in uses().items():
+            # a module's functions may have common names, so the file has to name the module as well
+            if not whole_module or re.search(rf"\b{name.rpartition('.')[2]}\b", source(file)):
+                count[file] += sum(bool(wanted & used) for used in found.values())
     return tuple(sorted((file for file in count if count[file]), key=lambda file: (-count[file], file)))
+
+
+@cache
+def source(file: str) -> str:
+    """Text of a test file."""
+    return (ROOT / "tests" / f"{file}.py").read_text(encoding="utf-8")
 
 
 def tests_that_name(number: int, word: str) -> tuple[str, ...]:
@@ -248,9 +257,9 @@ def generated() -> dict[str, str]:
     """What the page's four markers stand for."""
     return {
         "counts": sentence(),
-        "equations": table(["equation", "what it is", "chapter", "function", "tests"], equation_rows()),
-        "tables": table(["table", "what it shows", "chapter", "tests"], table_rows()),
-        "figures": table(["figure", "what it shows", "chapter, or why none"], figure_rows()),
+        "equations": table(["no.", "what it is", "chapter", "function", "tests"], equation_rows()),
+        "tables": table(["no.", "what it shows", "chapter", "tests"], table_rows()),
+        "figures": table(["no.", "what it shows", "chapter, or why none"], figure_rows()),
     }
 
 
