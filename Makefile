@@ -20,7 +20,7 @@ BUILT := tests/test_book.py tests/test_live_page.py tests/test_accessibility.py 
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
-.PHONY: help book test lab notebooks picture data crosscheck study bench lint format unit html wheel screenshots clean distclean
+.PHONY: help book pdf test lab notebooks picture data crosscheck study bench lint format unit html wheel screenshots clean distclean
 .NOTPARALLEL:
 
 help: ## list these targets
@@ -49,6 +49,7 @@ notebooks: $(VENV)/book.stamp ## run the notebooks again and refresh their commi
 
 picture: $(VENV)/book.stamp ## draw the README's picture again
 	$(BIN)/python tools/overview.py book/static/overview.png
+	$(BIN)/python tools/social.py book/static/overview.png book/static/social.png
 
 data: $(VENV)/book.stamp ## compute the foundation's FRFs in data/ again from its solid model
 	$(BIN)/python data/make_foundation.py
@@ -80,6 +81,9 @@ html: $(VENV)/book.stamp # every notebook is run again, as the package may have 
 $(abspath _build/offline)/offline.stamp: $(VENV)/book.stamp tools/offline.py
 	$(BIN)/python tools/offline.py $(@D) $(if $(PYODIDE),--pyodide $(PYODIDE)) $(if $(PACKAGES),--packages $(PACKAGES))
 	@touch $@
+
+pdf: $(VENV)/dev.stamp html ## the book as one PDF, _build/pdf/book.pdf (needs Chromium)
+	$(BIN)/python tools/pdf.py _build/html _build/pdf/book.pdf $(if $(CDN),--cdn $(CDN))
 
 wheel: $(VENV)/dev.stamp ## build the wheel, install it into an empty environment and import it there
 	$(BIN)/python tools/check_wheel.py

@@ -101,6 +101,8 @@ def modal_foundation(
 ) -> Foundation:
     """A foundation in modal coordinates, with any number of modes: M = I, B = Phi.
 
+    Each row is q'' + 2 zeta omega q' + omega^2 q = phi' f: equation 76, with the factor 2 that is not printed there.
+
     Parameters
     ----------
     Phi : (seats, modes) [1/sqrt(kg)]

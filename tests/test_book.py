@@ -5,8 +5,10 @@ they take from a CDN: their formulas stay TeX, and nothing else may break.
 """
 
 import os
+import re
 import shutil
 from collections.abc import Iterator
+from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
@@ -117,6 +119,68 @@ def leads_somewhere(link: str) -> bool:
     if not page.is_file():
         return False
     return not parts.fragment or f'id="{unquote(parts.fragment)}"' in page.read_text(encoding="utf-8")
+
+
+class Links(HTMLParser):
+    """Every place of one page, and everything that it links to or loads."""
+
+    def __init__(self, page: Path) -> None:
+        super().__init__()
+        self.links: list[str] = []
+        self.places: set[str] = set()
+        self.base = ""
+        self.feed(page.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Take the links, pictures, scripts and places of one element."""
+        found = dict(attrs)
+        self.places |= {name for key in ("id", "name") if (name := found.get(key))}
+        if tag == "base":
+            self.base = found["href"] or ""
+        elif tag not in ("link", "meta") or found.get("rel") in ("stylesheet", "icon"):
+            self.links += [link for key in ("href", "src") if (link := found.get(key))]
+
+
+def test_no_link_of_any_page_is_broken_without_a_browser_to_look_at_it() -> None:
+    # all pages that were built, those outside of the contents too: search, index, sources, the page for lost readers
+    if not (HTML / "index.html").is_file():
+        missing("The link check needs the built book: make book.")
+    pages = {page: Links(page) for page in HTML.rglob("*.html") if "_static" not in page.parts}
+    broken = []
+    for page, found in pages.items():
+        for link in set(found.links):
+            parts = urlsplit(link)
+            if parts.scheme or parts.netloc:
+                continue
+            start = HTML if found.base else page.parent
+            to = (start / unquote(parts.path).lstrip("/" if found.base else "")).resolve() if parts.path else page
+            there = to.is_file() and (
+                not parts.fragment or to not in pages or unquote(parts.fragment) in pages[to].places
+            )
+            if not there:
+                broken.append(f"{page.relative_to(HTML)}: {link}")
+    assert len(pages) > len(PAGES)
+    assert broken == []
+
+
+def test_a_page_is_light_enough_for_a_slow_line() -> None:
+    # its text and its pictures, without what only a live part loads; scripts and styles are shared by all pages
+    if not (HTML / "index.html").is_file():
+        missing("This needs the built book: make book.")
+    weights = {}
+    for name in PAGES[1:]:
+        page = HTML / name
+        pictures = {link for link in Links(page).links if re.search(r"\.(png|svg|jpg)$", link)}
+        weights[name] = page.stat().st_size + sum((page.parent / link).stat().st_size for link in pictures)
+    assert {name: size for name, size in weights.items() if size > 1.5e6} == {}
+
+
+def test_a_lost_reader_finds_the_way_from_any_depth() -> None:
+    if not (HTML / "index.html").is_file():
+        missing("This needs the built book: make book.")
+    page = Links(HTML / "404.html")
+    assert page.base.endswith("/")
+    assert {"search.html", "index.html"} <= set(page.links)
 
 
 def test_a_narrow_page_does_not_scroll_sideways(narrow: Visit) -> None:

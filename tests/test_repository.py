@@ -61,3 +61,12 @@ def test_every_work_in_the_bibliography_is_cited_by_a_chapter_or_by_its_own_page
     pages = [*ROOT.glob("book/*.md"), *ROOT.glob("notebooks/*.ipynb")]
     cited = re.findall(r"\{cite(?::\w+)?\}`([\w, ]+)`", "".join(page.read_text(encoding="utf-8") for page in pages))
     assert {key.strip() for keys in cited for key in keys.split(",")} == keys
+
+
+def test_every_work_in_the_bibliography_can_be_found_and_the_page_says_what_it_is_used_for() -> None:
+    entries = re.split(r"^@", text("book/references.bib"), flags=re.MULTILINE)[1:]
+    keys = {entry.split("{")[1].split(",")[0].strip(): entry for entry in entries}
+    # a proceedings paper and a standard without one, and two journals whose numbers we could not look up
+    without = {"richardson1982", "iso21940", "vazquez2001", "balmes1997"}
+    assert {key for key, entry in keys.items() if not re.search(r"^ *(doi|isbn) *=", entry, re.MULTILINE)} == without
+    assert set(re.findall(r"\{cite:t\}`(\w+)`", text("book/bibliography.md"))) == set(keys)

@@ -259,3 +259,22 @@ def test_a_thousand_times_the_matrices_makes_another_model_f():
     in_SI = [74.2, 142.8, 148.8, 192.4, 195.5, 350.0, 409.0, 501.5, 549.0, 549.1, 1016, 1036]
     np.testing.assert_allclose(on(f), as_printed, rtol=1e-3, atol=0.05)
     np.testing.assert_allclose(on(scaled(f, 1000.0)), in_SI, rtol=1e-3, atol=0.05)
+
+
+# --- tables 1 and 17 ---
+
+
+def test_the_models_are_given_what_table_1_says() -> None:
+    # 10 kg, unbalance at 0.050 m, 1e8 N/m, 1e4 N s/m
+    assert thesis.POINT_MASS == 10
+    assert thesis.UNBALANCE_RADIUS == 0.05
+    for bearing in thesis.bearings().values():
+        assert (bearing.kxx, bearing.kyy, bearing.cxx, bearing.cyy) == (1e8, 1e8, 1e4, 1e4)
+
+
+@pytest.mark.parametrize(("letter", "rotor"), [("e", (281.9, 760.8)), ("k", (271, 752))])
+def test_table_17_holds_the_frequencies_of_e_and_k_though_it_is_headed_d_and_j(
+    letter: str, rotor: tuple[float, float]
+) -> None:
+    # with the point mass: tables 3 and 9
+    assert set(rotor) <= set(thesis.TABLES[17][letter])
