@@ -15,6 +15,8 @@ export JUPYTER_PREFER_ENV_PATH := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONPATH MPLBACKEND
 
+# These tests open what has been built.
+BUILT := tests/test_book.py tests/test_live_page.py tests/test_accessibility.py tests/test_offline.py
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
@@ -24,13 +26,20 @@ NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 help: ## list these targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1\t\2/' | expand -t 20
 
-book: $(VENV)/book.stamp html ## install, run and build the book, and say where to open it
+# `make book OFFLINE=1` packs what the pages take from CDNs into the book; PYODIDE=folder has Python's part, if not its CDN.
+ifdef OFFLINE
+export RBFOUND_OFFLINE := $(abspath _build/offline)
+html: $(RBFOUND_OFFLINE)/offline.stamp
+endif
+
+book: $(VENV)/book.stamp html ## install, run and build the book, and say where to open it (OFFLINE=1: it needs no network)
 	@echo
 	@echo "The book is ready. Open this file in a browser:"
 	@echo "  $(abspath _build/html/index.html)"
 
 test: $(VENV)/dev.stamp lint unit wheel html ## install, and run every check there is
-	$(BIN)/pytest --nbval $(NOTEBOOKS) tests/test_book.py
+	$(BIN)/pytest --nbval --numprocesses 2 --dist loadfile $(NOTEBOOKS)
+	$(BIN)/pytest $(BUILT)
 
 lab: $(VENV)/book.stamp ## open the notebooks in JupyterLab
 	$(BIN)/jupyter lab notebooks
@@ -71,6 +80,10 @@ html: $(VENV)/book.stamp # every notebook is run again, as the package may have 
 
 pdf: $(VENV)/dev.stamp html ## the book as one PDF, _build/pdf/book.pdf (needs Chromium)
 	$(BIN)/python tools/pdf.py _build/html _build/pdf/book.pdf $(if $(CDN),--cdn $(CDN))
+
+$(abspath _build/offline)/offline.stamp: $(VENV)/book.stamp tools/offline.py
+	$(BIN)/python tools/offline.py $(@D) $(if $(PYODIDE),--pyodide $(PYODIDE)) $(if $(PACKAGES),--packages $(PACKAGES))
+	@touch $@
 
 wheel: $(VENV)/dev.stamp ## build the wheel, install it into an empty environment and import it there
 	$(BIN)/python tools/check_wheel.py

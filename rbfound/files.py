@@ -128,6 +128,25 @@ def save_foundation(foundation: Foundation, path: str | os.PathLike[str]) -> Non
         os.replace(whole, path)
 
 
+def foundation_bytes(foundation: Foundation) -> bytes:
+    """The .npz file that `save_foundation` writes."""
+    with tempfile.TemporaryDirectory() as aside:
+        path = Path(aside) / "foundation.npz"
+        save_foundation(foundation, path)
+        return path.read_bytes()
+
+
+def foundation_text(foundation: Foundation) -> str:
+    """M, C, K and B in full as plain text, behind what `print(foundation)` shows; # begins a remark."""
+    lines = [f"# {line}".rstrip() for line in str(foundation).splitlines()]
+    units = {"M": "kg", "C": "N s/m", "K": "N/m", "B": f"rows {', '.join(foundation.labels)}"}
+    for name, unit in units.items():
+        matrix = getattr(foundation, name)
+        lines += ["", f"# {name} [{unit}], {len(matrix)} rows" if name != "B" else f"# B, {unit}"]
+        lines += [" ".join(f"{value:.17g}" for value in row) for row in matrix]
+    return "\n".join([*lines, ""])
+
+
 def _paths(folder: Path) -> dict[tuple[str, str], Path]:
     """The file of each (response, force)."""
     found: dict[tuple[str, str], Path] = {}

@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 FEW, MOST = 200, 16
 
 # Orders of the denominator that are tried, where the lines allow them.
-ORDERS = range(10, 21, 2)
+ORDERS = range(12, 25, 2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,6 +24,8 @@ def run(
 ) -> list[Result]:
     """The task's result for each item, in the order of the items.
 
+    An interrupt (Ctrl-C) or an error of the task cancels what has not begun.
+
     Parameters
     ----------
     task : function of one item
@@ -34,8 +36,6 @@ def run(
     progress : bool, optional
         Whether a bar is written to stderr. Unless given: on a terminal, once the work has taken two seconds.
     title : what the bar says in front
-
-    An interrupt (Ctrl-C) or an error of the task cancels what has not begun.
     """
     results: list[Result] = []
     done: Iterable[Result] = map(task, items) if executor is None else executor.map(task, items)

@@ -1,0 +1,344 @@
+"""The live page as it is published, in headless Chromium: Python comes from Pyodide's CDN, which a folder stands for.
+
+The files of Pyodide are not part of the project. RBFOUND_PYODIDE names a folder that holds them; without it, the
+folder shared/pyodide-0.27.7 beside the repository is tried.
+"""
+
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+import pytest
+from browser import FLAGS, chromium, is_local, router, served
+
+import rbfound as rb
+from rbfound import live
+
+ROOT = Path(__file__).resolve().parent.parent
+HTML = ROOT / "_build" / "html"
+DATA = ROOT / "data" / "foundation"
+PYODIDE = Path(os.environ.get("RBFOUND_PYODIDE") or ROOT.parent / "shared" / "pyodide-0.27.7")
+CDN = "https://cdn.jsdelivr.net/pyodide/"
+# Python is started within these milliseconds, all else within the shorter time.
+PATIENCE, SHORTLY = 120_000, 30_000
+# CPython and Pyodide have other compilers and another BLAS.
+AGREE = 1e-6
+
+pytestmark = [pytest.mark.book, pytest.mark.slow]
+
+# What a live thing holds, its arrays as lists.
+HELD = """(root, name) => JSON.stringify(root.rbfound.get(name), (_, value) =>
+  ArrayBuffer.isView(value) ? Array.from(value, (v) => Number.isFinite(v) ? v : null) : value)"""
+WATCH = """window.latencies = []; document.addEventListener("rbfound-drawn", (event) => {
+  if (event.detail.latency != null) window.latencies.push(event.detail.latency); });"""
+
+DROP = """(place, name) => { const dataTransfer = new DataTransfer();
+  dataTransfer.items.add(new File(["frequency,x1\\n1,2\\n"], name));
+  place.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true })); }"""
+
+
+def missing(sentence: str) -> None:
+    """Skip, with what to do about it; in CI a skip would hide a broken page, so there it fails."""
+    if os.environ.get("RBFOUND_REQUIRE_BROWSER"):
+        pytest.fail(sentence)
+    pytest.skip(sentence)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    executable = chromium()
+    if executable is None:
+        missing("The live page's tests need Chromium: install it (Debian, Ubuntu: apt-get install chromium).")
+    playwright = pytest.importorskip("playwright.sync_api", reason="They need playwright: make test installs it.")
+    if not (HTML / "book" / "live.html").is_file():
+        missing("The live page's tests need the built book: make book.")
+    with playwright.sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=executable, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    # the book under a path of its own, as many servers have it
+    with served(HTML.parent) as url:
+        yield f"{url}/{HTML.name}/book/live.html"
+
+
+@pytest.fixture(scope="module")
+def pyodide() -> Path:
+    if not (PYODIDE / "pyodide-lock.json").is_file():
+        pytest.skip(f"No Python for pages in {PYODIDE}: set RBFOUND_PYODIDE to a folder with Pyodide 0.27.7's files.")
+    return PYODIDE
+
+
+class Stage:
+    """A page, and all that went wrong on it or was asked of others."""
+
+    def __init__(self, browser: Any, url: str, folder: Path | None, **options: Any) -> None:
+        self.troubles: list[str] = []
+        self.away: set[str] = set()
+        self.context = browser.new_context(**{"viewport": {"width": 1280, "height": 900}, **options})
+        self.context.route("**/*", router(pyodide=folder))
+        self.context.set_default_timeout(SHORTLY)
+        self.page = self.context.new_page()
+        self.page.on("pageerror", lambda error: self.troubles.append(str(error)))
+        self.context.on("request", lambda request: self.asked(request.url))
+        self.page.goto(url, wait_until="load")
+        self.page.evaluate(WATCH)
+
+    def asked(self, url: str) -> None:
+        """Remember an address that is neither this machine's, nor the CDN of Pyodide, nor that of MathJax."""
+        if not is_local(url) and not url.startswith(CDN) and "/mathjax@" not in url:
+            self.away.add(url)
+
+    def thing(self, name: str) -> Any:
+        """A live thing's element."""
+        return self.page.locator(f"#live-{name}")
+
+    def run(self, name: str) -> float:
+        """Press its button; seconds until it is ready."""
+        self.thing(name).locator(".rbfound-live-run").click()
+        self.page.wait_for_selector(f"#live-{name}[data-ready], #live-{name}[data-failed]", timeout=PATIENCE)
+        assert self.thing(name).get_attribute("data-failed") is None, self.status(name)
+        return float(self.thing(name).get_attribute("data-ready"))
+
+    def status(self, name: str) -> str:
+        """What is said below it."""
+        return str(self.thing(name).locator("> .rbfound-live-status").inner_text())
+
+    def held(self, name: str, key: str) -> Any:
+        """A value of its model."""
+        root = self.thing(name).element_handle()
+        return json.loads(self.page.evaluate(f"([root, key]) => ({HELD})(root, key)", [root, key]) or "null")
+
+    def settle(self, name: str) -> None:
+        """Until the latest change has been answered."""
+        self.page.wait_for_function(
+            "root => root.rbfound.get('result').stamp === root.rbfound.get('stamp') && !root.rbfound.busy",
+            arg=self.thing(name).element_handle(),
+        )
+
+
+@pytest.fixture(scope="module")
+def stage(browser: Any, address: str, pyodide: Path) -> Iterator[Stage]:
+    stage = Stage(browser, address, pyodide)
+    seconds = stage.run("peak_picker")
+    print(f"\nready after {seconds:.1f} s, of which the test's own routing of 36 MB is a part")
+    for name in live.THINGS:
+        if name != "peak_picker":
+            stage.run(name)
+    yield stage
+    stage.context.close()
+
+
+def same(found: Any, expected: Any, where: str = "") -> None:
+    """Equal to 1e-6 of the largest number of each curve, texts to their last digit but one."""
+    if isinstance(expected, dict):
+        for key, value in expected.items():
+            same(found[key], value, f"{where}/{key}")
+    elif isinstance(expected, np.ndarray):
+        values = np.array([np.nan if v is None else v for v in found])
+        np.testing.assert_allclose(
+            values, expected, rtol=AGREE, atol=AGREE * np.nanmax(np.abs(expected)), err_msg=where
+        )
+    elif isinstance(expected, list | tuple):
+        assert len(found) == len(expected), where
+        for k, (one, other) in enumerate(zip(found, expected, strict=True)):
+            same(one, other, f"{where}/{k}")
+    elif isinstance(expected, float):
+        assert found == pytest.approx(expected, rel=AGREE, abs=1e-12), where
+    else:
+        assert found == expected, where
+
+
+def figures(told: Any) -> Any:
+    """Of an answer its curves: what is printed is made of the same numbers."""
+    return [
+        {"title": f["title"], "lines": [{"x": line["x"], "y": line["y"]} for line in f["lines"]]}
+        for f in told["figures"]
+    ]
+
+
+@pytest.mark.parametrize("name", [name for name in live.THINGS if name != "peak_picker"])
+def test_a_slider_moved_by_keys_gives_what_cpython_gives(stage: Stage, name: str) -> None:
+    slider = stage.thing(name).locator("input[type=range]").first
+    slider.focus()
+    for key in ("ArrowRight", "ArrowRight", "PageDown", "ArrowUp"):
+        stage.page.keyboard.press(key)
+    stage.settle(name)
+    thing = live.start(name, DATA)
+    settings = stage.held(name, "settings")
+    assert settings != thing.values["settings"]
+    expected = thing.update({"settings": settings, "stamp": 0})["result"]
+    same(figures(stage.held(name, "result")), figures(expected))
+    assert stage.troubles == []
+
+
+def test_switches_and_choices_work_too(stage: Stage) -> None:
+    stage.thing("unbalance").get_by_label("mode 2").uncheck()
+    stage.settle("unbalance")
+    assert stage.held("unbalance", "settings")["mode1"] is False
+    stage.thing("reduction").locator("select[name=masters]").select_option("second")
+    stage.settle("reduction")
+    assert stage.held("reduction", "settings")["masters"] == "second"
+    for name in ("unbalance", "reduction"):
+        expected = live.start(name, DATA).update({"settings": stage.held(name, "settings"), "stamp": 0})["result"]
+        same(figures(stage.held(name, "result")), figures(expected))
+
+
+def test_a_peak_moved_by_mouse_and_by_keys_gives_the_phi_and_the_frequencies_of_cpython(stage: Stage) -> None:
+    before = stage.held("peak_picker", "peaks")
+    handle = stage.thing("peak_picker").locator(".rbp-handle").nth(0)
+    handle.scroll_into_view_if_needed()
+    box = handle.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    stage.page.mouse.move(x, y)
+    stage.page.mouse.down()
+    for k in range(1, 15):
+        stage.page.mouse.move(x + 4 * k, y)
+    stage.page.mouse.up()
+    stage.page.keyboard.press("ArrowRight")
+    stage.settle("peak_picker")
+    peaks = stage.held("peak_picker", "peaks")
+    assert peaks[0]["frequency"] > before[0]["frequency"] + 5
+    thing = live.start("peak_picker", DATA)
+    expected = thing.update({"peaks": peaks, "method": stage.held("peak_picker", "method"), "stamp": 0})["result"]
+    found = stage.held("peak_picker", "result")
+    assert found["message"] == expected["message"] == ""
+    for key in ("Phi", "alone", "under", "peaks"):
+        same(found[key], expected[key], key)
+    assert stage.troubles == []
+
+
+def latencies(stage: Stage, name: str) -> list[float]:
+    slider = stage.thing(name).locator("input[type=range]").first
+    slider.scroll_into_view_if_needed()
+    box = slider.bounding_box()
+    y = box["y"] + box["height"] / 2
+    stage.page.mouse.move(box["x"] + 0.4 * box["width"], y)
+    stage.page.mouse.down()
+    stage.page.evaluate("window.latencies.length = 0")
+    for k in range(40):
+        stage.page.mouse.move(box["x"] + (0.4 + 0.005 * k) * box["width"], y)
+        stage.page.wait_for_timeout(16)
+    stage.page.mouse.up()
+    stage.settle(name)
+    return list(stage.page.evaluate("window.latencies"))
+
+
+# Medians on an idle machine of two cores are 6 and 60 ms; a test machine may be busy, so twice the promise is allowed.
+@pytest.mark.parametrize(("name", "promise"), [("oscillator", 16.0), ("campbell", 100.0), ("unbalance", 100.0)])
+def test_curves_follow_the_pointer(stage: Stage, name: str, promise: float) -> None:
+    times = latencies(stage, name)
+    print(f"\n{name}: {median(times):.1f} ms median from pointer to curve, {len(times)} redraws")
+    assert len(times) > 5
+    load, cores = os.getloadavg()[0], os.cpu_count() or 1
+    if median(times) >= 2 * promise and load > cores + 0.5:
+        pytest.skip(
+            f"{median(times):.0f} ms, but {load:.1f} processes share {cores} cores: measure on an idle machine."
+        )
+    assert median(times) < 2 * promise
+
+
+def test_what_was_picked_can_be_taken_away(stage: Stage, tmp_path: Path) -> None:
+    with stage.page.expect_download() as download:
+        stage.thing("peak_picker").get_by_role("button", name="foundation.npz").click()
+    download.value.save_as(tmp_path / "foundation.npz")
+    taken = rb.load_foundation(tmp_path / "foundation.npz")
+    same(stage.held("peak_picker", "result")["matrices"]["K"], taken.K.tolist())
+
+
+def test_files_of_the_reader_are_read_and_identified_in_the_page(stage: Stage) -> None:
+    own = stage.thing("peak_picker").locator(".rbfound-live-own")
+    own.evaluate(DROP, "measured.csv")
+    stage.page.wait_for_selector(".rbfound-live-own[data-refused]")
+    assert "measured.csv" in own.locator(".rbfound-live-status").inner_text()
+    own.locator("input").set_input_files(sorted((DATA / "medium").glob("*.txt")))
+    stage.page.wait_for_selector(".rbfound-live-own[data-opened]")
+    expected = live.opened("peak_picker", DATA / "medium").values["result"]
+    found = stage.held("peak_picker", "result")
+    # the fit stops where it no longer improves, which is elsewhere with another BLAS
+    assert len(found["peaks"]) == len(expected["peaks"])
+    for one, other in zip(found["peaks"], expected["peaks"], strict=True):
+        assert one["frequency"] == pytest.approx(other["frequency"], rel=1e-4)
+    own.get_by_role("button", name="Back").click()
+    stage.page.wait_for_function(
+        "root => root.rbfound.get('method') === 'pmsm'", arg=stage.thing("peak_picker").element_handle()
+    )
+    assert stage.troubles == []
+
+
+def test_nothing_was_asked_of_anyone_but_the_book_and_the_cdn_of_pyodide(stage: Stage) -> None:
+    assert stage.away == set()
+
+
+def test_the_page_says_which_versions_run(stage: Stage) -> None:
+    assert f"rbfound {rb.__version__}" in stage.status("oscillator")
+    assert "Pyodide 0.27.7" in stage.status("oscillator")
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_a_narrow_page_with_everything_running_does_not_scroll_sideways(stage: Stage, theme: str) -> None:
+    stage.page.set_viewport_size({"width": 390, "height": 844})
+    stage.page.evaluate(f"document.documentElement.dataset.theme = '{theme}'")
+    stage.page.wait_for_timeout(300)
+    wide = stage.page.evaluate("document.scrollingElement.scrollWidth")
+    stage.page.set_viewport_size({"width": 1280, "height": 900})
+    stage.page.evaluate("document.documentElement.dataset.theme = 'light'")
+    assert wide <= 390
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_axe_finds_nothing_serious_in_what_is_running(stage: Stage, theme: str) -> None:
+    if not find_spec("axe_playwright_python"):
+        missing("This test needs axe-core: pip install axe-playwright-python, or make test.")
+    stage.page.add_style_tag(content="*, *::before, *::after { transition: none !important; }")
+    stage.page.evaluate("theme => { document.documentElement.dataset.theme = theme; }", theme)
+    stage.page.evaluate(files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8"))
+    found = stage.page.evaluate("axe.run(document.querySelector('article'), {resultTypes: ['violations']})")
+    stage.page.evaluate("document.documentElement.dataset.theme = 'light'")
+    serious = [v for v in found["violations"] if v["impact"] in ("serious", "critical")]
+    assert [(v["id"], v["nodes"][0]["target"], v["nodes"][0].get("failureSummary")) for v in serious] == []
+
+
+def test_it_runs_from_a_file_as_well(browser: Any, pyodide: Path, tmp_path: Path) -> None:
+    copy = shutil.copytree(HTML, tmp_path / "book")
+    stage = Stage(browser, (copy / "notebooks" / "01_sdof.html").as_uri(), pyodide)
+    seconds = stage.run("oscillator")
+    print(f"\nfrom a file, ready after {seconds:.1f} s")
+    same(figures(stage.held("oscillator", "result")), figures(live.start("oscillator", DATA).values["result"]))
+    stage.context.close()
+    assert stage.troubles == []
+
+
+def test_where_python_cannot_be_had_a_sentence_says_so_and_the_picture_stays(browser: Any, address: str) -> None:
+    stage = Stage(browser, address, None)
+    stage.thing("oscillator").locator(".rbfound-live-run").click()
+    stage.page.wait_for_selector("#live-oscillator[data-failed]")
+    assert "Python could not be started here" in stage.status("oscillator")
+    assert stage.thing("oscillator").locator("img").is_visible()
+    assert stage.thing("oscillator").get_by_role("button", name="Try again").is_enabled()
+    stage.context.close()
+    assert stage.troubles == []
+
+
+def test_without_javascript_there_are_pictures_with_their_descriptions(browser: Any, address: str) -> None:
+    context = browser.new_context(java_script_enabled=False)
+    context.route("**/*", router())
+    page = context.new_page()
+    page.goto(address)
+    for name in live.THINGS:
+        picture = page.locator(f"#live-{name} img")
+        assert picture.is_visible()
+        assert len(picture.get_attribute("alt")) > 80
+        assert "JavaScript is off" in page.locator(f"#live-{name}").inner_text()
+    assert page.locator(".rbfound-live-run").count() == 0
+    context.close()
