@@ -46,6 +46,7 @@ pre { margin: 0; padding: 2mm 3mm; }
 table { border-collapse: collapse; font-size: 8.4pt; width: 100%; margin: 3mm 0; }
 td, th { border-bottom: 0.2mm solid #bbb; padding: 0.8mm 1.5mm; text-align: left; vertical-align: top; }
 td code { overflow-wrap: anywhere; }
+p.live { border: 0.3mm dashed #9fb3c8; padding: 4mm; text-align: center; color: #555; }
 dl.glossary dt, dt strong { font-weight: bold; } .classifier::before { content: ": "; }
 tr { break-inside: avoid; } th { border-bottom: 0.4mm solid #444; }
 details { border-left: 0.8mm solid #ccc; padding-left: 3mm; } .math { break-inside: avoid; }
@@ -81,6 +82,10 @@ def article(html: Path, page: str, known: set[str]) -> tuple[str, str, Tag]:
     body = soup.select_one("article.bd-article")
     if body is None:
         raise ValueError(f"{page} has no article: build the book first.")
+    for element in body.select('script[type*="widget-view"]'):
+        note = soup.new_tag("p", attrs={"class": "live"})
+        note.string = "On screen there is a part here that can be moved by hand."
+        element.insert_before(note)
     for element in body.select(SCREEN_ONLY):
         element.decompose()
     for element in body.select("details"):
@@ -137,13 +142,15 @@ def document(html: Path, toc: Path, title: str) -> str:
     )
 
 
-def printed(play: Any, executable: str, address: str, cdn: Path | None, out: Path) -> list[str]:
+def printed(play: Any, executable: str, whole: str, address: str, cdn: Path | None, out: Path) -> list[str]:
     """Print the document; what went wrong, if anything did."""
     troubles: list[str] = []
     browser = play.chromium.launch(executable_path=executable, args=FLAGS)
     context = browser.new_context()
     if cdn:
         context.route("**/*", router(cdn))
+    # it lies beside the pages for the browser only, so that their folder stays as it was built
+    context.route("**/_book.html", lambda route: route.fulfill(body=whole, content_type="text/html; charset=utf-8"))
     page = context.new_page()
     page.set_default_timeout(300_000)
     page.on("pageerror", lambda error: troubles.append(f"page error: {error}"))
@@ -177,13 +184,9 @@ def main() -> int:
         return 0
     (title,) = re.findall(r"^title: (.+)$", (ROOT / "_config.yml").read_text(encoding="utf-8"), re.MULTILINE)
     args.out.parent.mkdir(parents=True, exist_ok=True)
-    whole = args.html / "_book.html"
-    whole.write_text(document(args.html, ROOT / "_toc.yml", title), encoding="utf-8")
-    try:
-        with served(args.html) as address, sync_playwright() as play:
-            troubles = printed(play, executable, address, args.cdn, args.out)
-    finally:
-        whole.unlink()
+    whole = document(args.html, ROOT / "_toc.yml", title)
+    with served(args.html) as address, sync_playwright() as play:
+        troubles = printed(play, executable, whole, address, args.cdn, args.out)
     print(*troubles, f"{args.out}: {args.out.stat().st_size / 1e6:.1f} MB", sep="\n")
     return 1 if troubles else 0
 
