@@ -40,6 +40,7 @@ FLOORS = {
     "lumped": 2,
     "reduction": 2,
     "synthesis": 2,
+    "checking": 3,
     "circle": 3,
     "foundation": 3,
     "rotor": 3,

@@ -70,10 +70,7 @@ def test_amplitude_in_mm_and_phase_of_either_range_are_read_in_four_encodings(tm
 
 @pytest.mark.parametrize(
     ("separator", "comma"),
-    [*((mark, False) for mark in "\t ;,"), ("   ", False), (", ", False), *((mark, True) for mark in "\t ;"), ("; ", True)],
-        *((mark, False) for mark in ("\t", " ", "   ", ";", ",", ", ")),
-        *((mark, True) for mark in ("\t", " ", ";", "; ")),
-    ],
+    [*((mark, False) for mark in ("\t", " ", "   ", ";", ",", ", ")), *((mark, True) for mark in ("\t", " ", ";"))],
 )
 def test_any_separator_and_decimal_sign_gives_the_same(tmp_path, separator, comma):
     heading = PARTS.replace("\t", separator)
