@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 # A peak stands this far above the valleys beside it, and above what noise alone would do [log |H|].
 STANDING = 0.3
 # Half-power widths need a few lines for a damping ratio; a second mode is seen where it has this part of the first.
-FEW_LINES, SECOND = 4.0, 0.25
+FEW_LINES, SECOND = 4.0, 0.02
 # Reciprocity errors beyond this part of the largest receptance are more than calibration.
 NOT_RECIPROCAL = 0.05
 # The static limit is reached well below the first peak: at a third of it receptances are 12 % above.
@@ -182,7 +182,10 @@ def _peaks(frf: FRF, noise: float) -> tuple[Array, Array, NDArray[np.bool_]]:
     damping = np.array([peak.damping for peak in found])
     double = np.zeros(len(lines), dtype=bool)
     if values.shape[1] > 1:
+        second = np.log(np.maximum(values[:, 1], np.finfo(float).tiny))
         seconds = local_maxima(values[:, 1])
+        # where two curves cross the lower one has a maximum too, but no mode: that one does not stand out
+        seconds = seconds[prominence(second, seconds) > max(STANDING, 6 * noise)]
         for n, (k, zeta) in enumerate(zip(lines, damping, strict=True)):
             reach = max(np.nan_to_num(zeta, nan=0.02) * f[k], f[k + 1] - f[k])
             near = seconds[np.abs(f[seconds] - f[k]) <= reach]
