@@ -74,7 +74,10 @@ FLOORS = {
     "impedance": 6,
     "picking": 6,
     "inverse": 6,
+    "machinefile": 6,
     "plots": 6,
+    "command": 7,
+    "reportpage": 4,
     "roads": 7,
     "plots_bars": 7,
     "plots_coupling": 7,
@@ -97,6 +100,7 @@ EXTRAS = {
         "plots_poles",
         "plots_rotor",
         "plots_theory",
+        "reportpage",
         "viewer",
     },
     "mpl_toolkits": {"plots"},
@@ -109,7 +113,7 @@ EXTRAS = {
 }
 
 # Doors: a function that is asked for something only an extra can do imports the module of that extra there and then.
-DOORS = {"files": {"rbfound.uff"}}
+DOORS = {"files": {"rbfound.uff"}, "command": {"rbfound.reportpage"}}
 
 MODULES = sorted(path.stem for path in PACKAGE.glob("*.py") if path.stem != "__init__")
 
