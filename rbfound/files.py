@@ -174,9 +174,10 @@ def _single(path: Path, columns: str | None) -> Curve:
 
 
 def _table_or_index(path: Path, columns: str | None) -> dict[Pair, Curve]:
-    lines = [(k, line) for k, line in enumerate(decoded(path).splitlines(), start=1) if line.strip()]
-    heading = re.split(r"\s*[;,\t]\s*", lines[0][1].strip().lower()) if lines else []
+    text = decoded(path)
+    heading = re.split(r"\s*[;,\t]\s*", text.lstrip()[:1000].split("\n")[0].strip().lower())
     if {"file", "response", "force"} <= set(heading):
+        lines = [(k, line) for k, line in enumerate(text.splitlines(), start=1) if line.strip()]
         return _indexed(path, heading, lines[1:], columns)
     curves = curves_of(path, columns)
     if None in curves:

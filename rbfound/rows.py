@@ -82,11 +82,12 @@ def rows_of(path: Path, width: int | None = None) -> Rows:
         raise ValueError(f"{path}: no row of numbers, only text.")
     rows: list[list[float]] = []
     marks: set[str] = set()
+    signs = "." if separator == "," else ",."
     for number, line in lines[first:]:
         cells = _split(line, separator)
         if not all(NUMBER.fullmatch(cell) for cell in cells):
             raise ValueError(f"{path}, line {number}: {line[:60]!r} is not a row of numbers.")
-        marks.update(mark for mark in ",." for cell in cells if mark in cell)
+        marks.update(mark for mark in signs if mark in line)
         if len(marks) > 1:
             raise ValueError(
                 f"{path}, line {number}: a decimal comma and a decimal point stand in one file ({line[:60]!r}): "
