@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
-from scipy import io as scipy_io
 
+from rbfound.matfile import arrays_in
 from rbfound.rows import content_of
 
 Array = NDArray[np.float64]
@@ -66,7 +66,7 @@ def _array(archive: zipfile.ZipFile, member: str) -> NDArray[Any]:
 
 
 def read_mat(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:
-    """Those of the named arrays of numbers or letters that a MATLAB file (version 4 to 7) holds.
+    """Those of the named arrays of numbers or letters that a MATLAB file (version 5 to 7) holds.
 
     Raises
     ------
@@ -78,43 +78,9 @@ def read_mat(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:
     if content[:8] == b"\x89HDF\r\n\x1a\n" or content[:20].startswith(b"MATLAB 7.3"):
         raise ValueError(f"{path} is of MATLAB's version 7.3: save it with -v7.")
     try:
-        if content[124:128] in (b"\x00\x01IM", b"\x01\x00MI"):
-            _bounded(content)
-        shapes = scipy_io.whosmat(io.BytesIO(content))
-        kinds = {name: (shape, kind) for name, shape, kind in shapes if name in set(names)}
-        for name, (shape, kind) in kinds.items():
-            if kind in ("cell", "struct", "object", "opaque", "function", "unknown"):
-                raise ValueError(
-                    f"{name} is a {kind}: only arrays of numbers or letters are read (labels: ['x1'; 'y1'])"
-                )
-            if prod(int(size) for size in shape) * 16 > LARGEST_UNPACKED:
-                raise ValueError(f"{name} is {shape}: that is more than {LARGEST_UNPACKED / 1e6:.0f} MB")
-        found = scipy_io.loadmat(io.BytesIO(content), variable_names=list(kinds)) if kinds else {}
-    except Exception as error:  # scipy lets through whatever happens inside its reader
-        raise ValueError(f"{path} is not a readable .mat file: {error or type(error).__name__}") from None
-    arrays = {name: np.asarray(found[name]) for name in kinds if name in found}
-    for name, array in arrays.items():
-        if array.dtype.hasobject:
-            raise ValueError(f"{path}: {name} holds objects, which are not read.")
-    return arrays
-
-
-def _bounded(content: bytes) -> None:
-    """Count what the compressed parts of a MATLAB 5 file unpack to, without keeping it."""
-    order = "<" if content[126:128] == b"IM" else ">"
-    place, total = 128, 0
-    while place + 8 <= len(content):
-        kind, size = struct.unpack(order + "II", content[place : place + 8])
-        if size > len(content) - place - 8:
-            raise ValueError(f"the part at byte {place} is cut off")
-        if kind == 15:
-            unpacker, rest = zlib.decompressobj(), content[place + 8 : place + 8 + size]
-            while rest and total <= LARGEST_UNPACKED:
-                total += len(unpacker.decompress(rest, 1 << 20))
-                rest = unpacker.unconsumed_tail
-        if total > LARGEST_UNPACKED:
-            raise ValueError(f"it unpacks to more than {LARGEST_UNPACKED / 1e6:.0f} MB")
-        place += 8 + size
+        return arrays_in(content, set(names), LARGEST_UNPACKED)
+    except ValueError as error:
+        raise ValueError(f"{path} is not a readable .mat file: {error}") from None
 
 
 def texts(array: NDArray[Any]) -> tuple[str, ...]:

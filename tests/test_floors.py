@@ -53,6 +53,7 @@ FLOORS = {
     "textfiles": 2,
     "arrays": 1,
     "quantities": 1,
+    "matfile": 0,
     "rows": 0,
     "writing": 0,
     "fitting": 4,
@@ -78,6 +79,7 @@ FLOORS = {
     "plots": 6,
     "command": 7,
     "reportpage": 4,
+    "rossbearing": 4,
     "roads": 7,
     "plots_bars": 7,
     "plots_coupling": 7,
@@ -110,6 +112,7 @@ EXTRAS = {
     "IPython": {"widgets"},
     "traitlets": {"widgets"},
     "pyuff": {"uff"},
+    "ross": {"rossbearing"},
 }
 
 # Doors: a function that is asked for something only an extra can do imports the module of that extra there and then.

@@ -221,17 +221,17 @@ def test_what_is_saved_as_arrays_comes_back_to_the_last_bit(tmp_path, ending):
     assert [path.name for path in tmp_path.iterdir()] == [f"all.{ending}"]
 
 
-@pytest.mark.parametrize("options", [{}, {"do_compression": True}, {"format": "4"}])
+@pytest.mark.parametrize("options", [{}, {"do_compression": True}, {"oned_as": "column"}])
 def test_a_mat_file_of_another_writer_needs_its_unit_said(tmp_path, options):
-    # format 4 knows two dimensions only: one seat a side cannot be told from a row, so two columns stand for one FRF
-    H = FRFS.H if "format" not in options else FRFS.H[:, :1, 0]
     path = tmp_path / "rig.mat"
-    scipy_io.savemat(path, {"frequency": LINES, "H": 9.81 * H, "other": np.eye(3)}, **options)
-    if "format" in options:
-        assert "H has 1 seats and no labels say which" in error_of(path, unit="m")
-        return
+    scipy_io.savemat(path, {"frequency": LINES, "H": 9.81 * FRFS.H, "other": {"a": [1, "b"]}}, **options)
     assert "does not say in which unit" in error_of(path)
     same(rb.load_frf(path, unit="m", force=9.81))
+
+
+def test_a_mat_file_of_version_4_is_refused_for_it_has_no_third_dimension(tmp_path):
+    scipy_io.savemat(tmp_path / "rig.mat", {"frequency": LINES, "H": FRFS.H[:, :, 0]}, format="4")
+    assert "not of version 5 to 7: save it with -v7" in error_of(tmp_path / "rig.mat", unit="m")
 
 
 def test_cells_and_structures_of_matlab_are_refused(tmp_path):
