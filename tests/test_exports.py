@@ -95,6 +95,22 @@ def test_matlab_finds_the_matrices_under_their_names(tmp_path):
     assert list(stored["labels"]) == list(kept.labels)
 
 
+@pytest.mark.parametrize("ending", ["json", "npz", "mat"])
+def test_a_write_that_fails_before_its_end_leaves_the_old_file_whole(ending, tmp_path, monkeypatch):
+    path = tmp_path / f"kept.{ending}"
+    rb.save_foundation(model("full"), path)
+    before = path.read_bytes()
+
+    def killed(here, there):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("os.replace", killed)
+    with pytest.raises(KeyboardInterrupt):
+        rb.save_foundation(model("one mode"), path)
+    assert path.read_bytes() == before
+    assert [item.name for item in tmp_path.iterdir()] == [path.name]
+
+
 # --- ANSYS ---
 
 DEGREES = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")

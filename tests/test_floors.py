@@ -57,6 +57,7 @@ FLOORS = {
     "rows": 0,
     "writing": 0,
     "fitting": 4,
+    "folders": 4,
     "modalfit": 4,
     "reading": 4,
     "residues": 4,

@@ -8,7 +8,7 @@ import pytest
 import rbfound as rb
 
 # two programs, one theory: what is left is rounding
-TOLERANCE = 1e-6
+TOLERANCE = 1e-9
 
 pytestmark = [
     pytest.mark.slow,  # importing ROSS takes some seconds
@@ -62,14 +62,10 @@ def test_ross_finds_the_frequencies_of_our_machine(ross):
     speed = float(rb.from_rpm(3000))
     modes = machine.at(speed).modes()
     ours = modes.poles[rb.hertz(modes.poles.imag) < 300]
-    M, K = model.M(speed), model.K(speed)
-    C = model.C(speed) + speed * model.G()
-    n = len(M)
-    A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
-    theirs = np.linalg.eigvals(A)
+    theirs = np.array(model.run_modal(speed, num_modes=48, sparse=False).wd)
     assert len(ours) >= 6
     for pole in ours:
-        assert np.abs(theirs - pole).min() < TOLERANCE * abs(pole), rb.hertz(pole.imag)
+        assert np.abs(theirs - pole.imag).min() < TOLERANCE * pole.imag, rb.hertz(pole.imag)
 
 
 def test_a_foundation_with_more_modes_than_seats_is_refused(ross):
