@@ -20,7 +20,7 @@ BUILT := tests/test_book.py tests/test_live_page.py tests/test_accessibility.py 
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
-.PHONY: help book pdf test lab notebooks picture data crosscheck study bench lint format unit html wheel screenshots clean distclean
+.PHONY: help book pdf test lab notebooks picture data crosscheck study bench fuzz lint format unit html wheel screenshots clean distclean
 .NOTPARALLEL:
 
 help: ## list these targets
@@ -74,6 +74,9 @@ format: $(VENV)/dev.stamp ## let ruff put code and notebooks in order
 
 unit: $(VENV)/dev.stamp ## the package's own tests
 	$(BIN)/pytest -m "not book"
+
+fuzz: $(VENV)/dev.stamp ## damage files of each format 20 000 times: nothing but a ValueError may come of it (RBFOUND_FUZZ=n)
+	RBFOUND_FUZZ=$${RBFOUND_FUZZ:-20000} $(BIN)/pytest tests/test_fuzz.py
 
 html: $(VENV)/book.stamp # every notebook is run again, as the package may have changed; a warning is an error
 	$(BIN)/jupyter-book build . --all -W --keep-going

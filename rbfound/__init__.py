@@ -2,6 +2,7 @@
 
 from rbfound import sdof, thesis
 from rbfound.balance import permissible_unbalance
+from rbfound.checking import Report, check
 from rbfound.circle import CircleFit, circle_fit, modal_constants
 from rbfound.coupling import Machine, mount
 from rbfound.files import load_foundation, load_frf, save_foundation, save_frf
@@ -49,6 +50,7 @@ __all__ = [
     "Peaks",
     "PseudoModes",
     "Reduction",
+    "Report",
     "Residues",
     "RigidRotor",
     "Rotor",
@@ -61,6 +63,7 @@ __all__ = [
     "campbell",
     "campbell_bars",
     "chain",
+    "check",
     "circle_fit",
     "coupled_poles",
     "craig_bampton",

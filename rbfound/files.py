@@ -1,70 +1,124 @@
-"""Load and save FRFs and foundations. No arithmetic beyond what a file's columns ask for.
+"""The door for files: load and save FRFs and foundations, whatever their format.
 
 A set of FRFs is a folder of text files, one for each pair of seats, named and numbered after table 2:
 frf01_x1_from_y1.txt is FRF 1, the response at x1 to a force at y1. Each has five columns, as a harmonic analysis
 exports them: frequency [Hz], amplitude [m], phase [deg], real part [m], imaginary part [m], for a force of 1 N.
+What else is read: `load_frf`.
 """
 
 import os
-import re
 import tempfile
-import zipfile
-import zlib
-from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy import io as scipy_io
 
+from rbfound.arrays import frf_parts, read_mat, read_npz, texts
+from rbfound.exports import PARTS, from_arrays, from_json, to_json, to_mat
+from rbfound.folders import curves_of_file, curves_of_folder
 from rbfound.foundation import Foundation
-from rbfound.frf import FRF, check_ascending
+from rbfound.frf import FRF
+from rbfound.gathering import STATIC, Pair, gathered, seats_of
+from rbfound.quantities import parsed_unit, receptance, said_unit
+from rbfound.rows import decoded
+from rbfound.textfiles import COLUMNS, Curve
+from rbfound.writing import replaced, text_replaced
 
-Array = NDArray[np.float64]
-
-NAME = re.compile(r"(?P<response>[xy]\d+)_from_(?P<force>[xy]\d+)\.txt$", re.IGNORECASE)
-SEAT = re.compile(r"[xy](0|[1-9]\d*)")
-COLUMNS = ("Frequency [Hz]", "Amplitude [m]", "Phase [deg]", "Real [m]", "Imaginary [m]")
-# Amplitude and phase must say the same as real and imaginary part, up to the rounding of an export with four digits.
-AGREEMENT = 2e-3
+UNIVERSAL = (".uff", ".unv", ".ufb", ".u58")
 
 
-def load_frf(folder: str | os.PathLike[str]) -> FRF:
-    """FRFs from a folder with one text file for each pair of seats: sixteen for two bearings.
+def load_frf(
+    path: str | os.PathLike[str],
+    *,
+    unit: str | None = None,
+    quantity: str | None = None,
+    force: float = 1.0,
+    columns: str | None = None,
+    pattern: str | None = None,
+    fill: bool = False,
+) -> FRF:
+    """FRFs from a folder with a text file for each pair of seats, an index of such files, or one file with all.
 
-    Nothing is guessed: units are those of the columns [m] for a force of 1 N, missing files are not filled in.
+    A folder's files are named after their seats (`x1_from_y1.txt`); an index is a text with the heading
+    `file, response, force`. One file is a table whose heading names the seats (`x1 from y1 real [m/N]`), a Universal
+    File (dataset 58: .uff, .unv; needs `rbfound[uff]`), or .npz or .mat with the arrays frequency (n,),
+    H (n, seats, seats), labels and unit. Text may have tabs, blanks, semicolons or commas between its cells, decimal
+    commas, amplitude and phase, real and imaginary part, or both. Nothing is guessed: what no file says, say here.
+
+    Parameters
+    ----------
+    unit : str
+        Of the responses: "m", "mm", "m/s", "m/s2", "mm/s2", "g", ..., also for a unit force: "mm/N". It says the
+        quantity too. A file's own unit and this one must agree.
+    quantity : "receptance", "mobility" or "accelerance"
+        Only a check of what the unit says.
+    force : float [N]
+        The force that the responses were computed or measured for, unless the unit is for a unit force.
+    columns : str
+        What the columns of the text files are, in place of a heading: "frequency [Hz], amplitude [mm], phase [deg]".
+    pattern : str
+        How the files of a folder are named: "H_{response}_{force}.csv", or "FRF{number}.txt", numbered after table 2.
+    fill : bool
+        Whether a missing H_ij may be taken from H_ji; `notes` of the result say which were.
 
     Raises
     ------
     ValueError
-        For a missing or doubled file, a text without numbers, a number of columns other than five, a line that is
-        not a number or not finite, frequencies that do not ascend or differ from file to file, amplitude and phase
-        that contradict real and imaginary part. It names the file and the line.
+        For a missing or doubled file, a unit that is not said or contradicts, a number of columns that does not fit,
+        a line that is not a number or not finite, frequencies that do not ascend or differ from file to file, amplitude
+        and phase that contradict real and imaginary part, a damaged or too large file. It names the file and the line.
     """
-    folder = Path(folder)
-    if not folder.is_dir():
-        raise ValueError(f"{folder} is not a folder: give the folder that holds the text files of the FRFs.")
-    paths = _paths(folder)
-    labels = _labels(folder, paths)
-    first = paths[labels[0], labels[0]]
-    frequency, lines, _ = _read(first)
-    H = np.empty((len(frequency), len(labels), len(labels)), dtype=complex)
-    for i, response in enumerate(labels):
-        for j, force in enumerate(labels):
-            path = paths[response, force]
-            grid, numbers, H_ij = _read(path)
-            _same_grid(first, frequency, lines, path, grid, numbers)
-            H[:, i, j] = H_ij
-    return FRF(frequency, H, labels)
+    path = Path(path)
+    hint = ""
+    notes: tuple[str, ...] = ()
+    if path.is_dir():
+        curves, hint = curves_of_folder(path, columns, pattern)
+    elif not path.is_file():
+        raise ValueError(f"{path} is not a folder nor a file: give the folder or the file that holds the FRFs.")
+    elif path.suffix.lower() in (".npz", ".mat"):
+        return _from_arrays(path, unit, quantity, force)
+    elif path.suffix.lower() in UNIVERSAL:
+        curves, notes = _universal(path)
+    else:
+        curves = curves_of_file(path, columns)
+    return gathered(curves, str(path), unit=unit, quantity=quantity, force=force, fill=fill, hint=hint, notes=notes)
+
+
+def _universal(path: Path) -> tuple[dict[Pair, Curve], tuple[str, ...]]:
+    try:
+        # the one import that waits: pyuff is an extra, and only such a file needs it
+        from rbfound.uff import curves_in
+    except ImportError as error:
+        raise ValueError(f"{path}: Universal Files need pyuff: pip install 'rbfound[uff]' ({error}).") from None
+    return curves_in(path)
+
+
+def _from_arrays(path: Path, unit: str | None, quantity: str | None, force: float) -> FRF:
+    read = read_npz if path.suffix.lower() == ".npz" else read_mat
+    frequency, H, labels, found, notes = frf_parts(path, read(path, ("frequency", "H", "labels", "unit", "notes")))
+    said = said_unit(str(path), found, unit, quantity)
+    try:
+        start = int(len(frequency) > 0 and frequency[0] == 0 and parsed_unit(said)[0] > 0)
+        checked = FRF(frequency, H, labels)
+        if start:
+            notes = (*notes, STATIC)
+        return FRF(frequency[start:], receptance(frequency[start:], checked.H[start:], said, force), labels, notes)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
 
 
 def save_frf(frf: FRF, folder: str | os.PathLike[str]) -> None:
-    """Write the FRFs as a folder of text files that `load_frf` reads, numbered after table 2.
+    """Write the FRFs as a folder of text files that `load_frf` reads, numbered after table 2; or as .npz or .mat.
 
     The sets follow the forces y1, x1, y2, x2, the responses in each set x1, y1, x2, y2. Every file is written under
     another name first and renamed when all are complete.
     """
     folder = Path(folder)
-    if frf.labels != _seats(frf.labels):
+    if folder.suffix in (".npz", ".mat"):
+        _save_arrays(frf, folder)
+        return
+    if frf.labels != seats_of(frf.labels):
         raise ValueError(
             f"The seats are {', '.join(frf.labels)}: file names can tell them only as x and y of each bearing, "
             "x1, y1, x2, y2, ..."
@@ -89,43 +143,66 @@ def save_frf(frf: FRF, folder: str | os.PathLike[str]) -> None:
             os.replace(Path(aside) / name, folder / name)
 
 
+def _save_arrays(frf: FRF, path: Path) -> None:
+    words: dict[str, Any] = {
+        "labels": np.array(frf.labels),
+        "unit": np.array(["m/N"]),
+        "notes": np.array(frf.notes, dtype=str),
+    }
+    if path.suffix == ".npz":
+        replaced(path, lambda whole: np.savez(whole, frequency=frf.frequency, H=frf.H, **words))
+    else:
+        words["notes"] = np.array(frf.notes or ("",))
+        replaced(path, lambda whole: scipy_io.savemat(whole, {"frequency": frf.frequency, "H": frf.H, **words}))
+
+
 def load_foundation(path: str | os.PathLike[str]) -> Foundation:
-    """A foundation from the .npz file that `save_foundation` wrote; nothing in it is unpickled."""
-    if not Path(path).is_file():
-        raise ValueError(f"{path} is not a file: give the .npz file that holds the foundation.")
+    """A foundation from the .npz, .json or .mat file that `save_foundation` wrote; nothing in it is unpickled.
+
+    Raises
+    ------
+    ValueError
+        When it is no such file, is damaged, or holds what is no foundation. It names the file.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise ValueError(f"{path} is not a file: give the .npz, .json or .mat file that holds the foundation.")
+    if path.suffix == ".json":
+        text = decoded(path)
+        try:
+            return from_json(text)
+        except ValueError as error:
+            raise ValueError(f"{path} is not a readable .json file of a foundation: {error}") from None
+    arrays = read_mat(path, PARTS) if path.suffix == ".mat" else read_npz(path, PARTS)
+    missing = [name for name in PARTS if name not in arrays]
+    if missing:
+        raise ValueError(f"{path} holds no foundation: {', '.join(missing)} is missing.")
     try:
-        with open(path, "rb") as file:
-            stored = np.load(file, allow_pickle=False)
-            if not isinstance(stored, np.lib.npyio.NpzFile):
-                raise ValueError("it holds a single array")
-            M, C, K, B, labels, notes = (stored[key] for key in ("M", "C", "K", "B", "labels", "notes"))
-        if labels.ndim != 1 or notes.ndim != 1:
-            raise ValueError(f"labels has shape {labels.shape}, notes {notes.shape}: both must be rows of texts")
-        return Foundation(M, C, K, B, tuple(map(str, labels)), tuple(map(str, notes)))
-    except KeyError as error:
-        raise ValueError(f"{path} holds no foundation: {error.args[0]}") from None
-    except (ValueError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        raise ValueError(f"{path} is not a readable .npz file of a foundation: {error}") from None
+        if path.suffix == ".mat":
+            words = {name: np.array([t for t in texts(arrays[name]) if t], dtype=str) for name in ("labels", "notes")}
+            arrays |= words
+        return from_arrays(arrays)
+    except ValueError as error:
+        raise ValueError(f"{path} is not a readable {path.suffix} file of a foundation: {error}") from None
 
 
 def save_foundation(foundation: Foundation, path: str | os.PathLike[str]) -> None:
-    """Write a foundation as .npz; an older file of that name stays whole until the new one is complete."""
+    """Write a foundation as .npz, .json or .mat; an older file stays whole until the new one is complete.
+
+    All three come back exactly, but for blanks at the ends of notes in .mat. For ANSYS, NASTRAN and ROSS see
+    `rbfound.exports` and `rbfound.rossbearing`.
+    """
     path = Path(path)
-    if path.suffix != ".npz":
-        raise ValueError(f"{path} does not end in .npz.")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=path.parent) as aside:
-        whole = Path(aside) / path.name
-        np.savez(
-            whole,
-            M=foundation.M,
-            C=foundation.C,
-            K=foundation.K,
-            B=foundation.B,
-            labels=np.array(foundation.labels, dtype=str),
-            notes=np.array(foundation.notes, dtype=str),
-        )
-        os.replace(whole, path)
+    if path.suffix == ".npz":
+        words: dict[str, Any] = {name: np.array(getattr(foundation, name), dtype=str) for name in ("labels", "notes")}
+        matrices: dict[str, Any] = {name: getattr(foundation, name) for name in "MCKB"}
+        replaced(path, lambda whole: np.savez(whole, **matrices, **words))
+    elif path.suffix == ".json":
+        text_replaced(path, to_json(foundation))
+    elif path.suffix == ".mat":
+        replaced(path, lambda whole: scipy_io.savemat(whole, to_mat(foundation)))
+    else:
+        raise ValueError(f"{path} does not end in .npz, .json or .mat.")
 
 
 def foundation_bytes(foundation: Foundation) -> bytes:
@@ -145,120 +222,3 @@ def foundation_text(foundation: Foundation) -> str:
         lines += ["", f"# {name} [{unit}], {len(matrix)} rows" if name != "B" else f"# B, {unit}"]
         lines += [" ".join(f"{value:.17g}" for value in row) for row in matrix]
     return "\n".join([*lines, ""])
-
-
-def _paths(folder: Path) -> dict[tuple[str, str], Path]:
-    """The file of each (response, force)."""
-    found: dict[tuple[str, str], Path] = {}
-    for path in sorted(folder.iterdir()):
-        match = NAME.search(path.name)
-        if match is None:
-            continue
-        pair = match["response"].lower(), match["force"].lower()
-        if pair in found:
-            raise ValueError(f"{found[pair].name} and {path.name} in {folder} both hold {pair[0]} from {pair[1]}.")
-        found[pair] = path
-    if not found:
-        raise ValueError(f"{folder} holds no FRFs: expected text files with names like frf01_x1_from_y1.txt.")
-    return found
-
-
-def _labels(folder: Path, paths: dict[tuple[str, str], Path]) -> tuple[str, ...]:
-    """The seats x1, y1, x2, y2, ...; a ValueError if a file of a pair of them is missing."""
-    labels = _seats(label for pair in paths for label in pair)
-    missing = [f"{i} from {j}" for j in labels for i in labels if (i, j) not in paths]
-    if missing:
-        others = [p.name for p in sorted(folder.iterdir()) if p.suffix.lower() == ".txt" and not NAME.search(p.name)]
-        hint = f" Files whose names say no pair of seats: {', '.join(others)}." if others else ""
-        raise ValueError(
-            f"{folder} holds {len(paths)} of the {len(labels) ** 2} FRFs between {', '.join(labels)}. "
-            f"Missing: {', '.join(missing)}.{hint}"
-        )
-    return labels
-
-
-def _seats(labels: Iterable[str]) -> tuple[str, ...]:
-    """x and y of every bearing that one of the labels names, in ascending order."""
-    numbers = {int(label[1:]) for label in labels if SEAT.fullmatch(label)}
-    return tuple(f"{axis}{number}" for number in sorted(numbers) for axis in "xy")
-
-
-def _read(path: Path) -> tuple[Array, list[int], NDArray[np.complex128]]:
-    """Frequency (n,), the number of the line that each row stands on, and H (n,) of one file."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{path}: byte {error.start} is not UTF-8 text.") from None
-    rows: list[list[float]] = []
-    numbers: list[int] = []
-    for number, line in enumerate(text.splitlines(), start=1):
-        cells = line.split()
-        if not cells:
-            continue
-        if not rows and not _is_number(cells[0]):
-            continue  # the heading
-        try:
-            row = [float(cell) for cell in cells]
-        except ValueError:
-            raise ValueError(f"{path}, line {number}: {line.strip()[:60]!r} is not a row of numbers.") from None
-        if len(row) != len(COLUMNS):
-            raise ValueError(
-                f"{path}, line {number}: {len(row)} columns where there should be {len(COLUMNS)}: {', '.join(COLUMNS)}."
-            )
-        rows.append(row)
-        numbers.append(number)
-    if not rows:
-        raise ValueError(f"{path}: no row of numbers, only text. Expected {', '.join(COLUMNS)}.")
-    values = np.array(rows)
-    _check_rows(path, values, numbers)
-    return values[:, 0], numbers, values[:, 3] + 1j * values[:, 4]
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
-def _check_rows(path: Path, values: Array, numbers: list[int]) -> None:
-    bad = np.argwhere(~np.isfinite(values))
-    if len(bad):
-        row, column = bad[0]
-        raise ValueError(
-            f"{path}, line {numbers[row]}: {COLUMNS[column]} is {values[row, column]}: every number must be finite."
-        )
-    try:
-        check_ascending(values[:, 0])
-    except ValueError as error:
-        falls = np.flatnonzero((np.diff(values[:, 0], prepend=-1.0) <= 0) | (values[:, 0] < 0))
-        raise ValueError(f"{path}, line {numbers[falls[0]]}: {error}") from None
-    amplitude, phase, real, imaginary = values[:, 1:].T
-    polar = amplitude * np.exp(1j * np.radians(phase))
-    apart = np.abs(polar - (real + 1j * imaginary)) > AGREEMENT * np.maximum(
-        np.abs(amplitude), np.hypot(real, imaginary)
-    )
-    if apart.any():
-        k = int(np.flatnonzero(apart)[0])
-        raise ValueError(
-            f"{path}, line {numbers[k]}: amplitude {amplitude[k]:.4g} at phase {phase[k]:.4g} deg is "
-            f"{polar[k]:.4g}, but real and imaginary part say {real[k] + 1j * imaginary[k]:.4g}. "
-            f"The columns must be {', '.join(COLUMNS)}."
-        )
-
-
-def _same_grid(first: Path, frequency: Array, lines: list[int], path: Path, grid: Array, numbers: list[int]) -> None:
-    shared = min(len(frequency), len(grid))
-    apart = np.flatnonzero(~np.isclose(grid[:shared], frequency[:shared], rtol=1e-9, atol=0))
-    if len(apart):
-        k = int(apart[0])
-        raise ValueError(
-            f"{path}, line {numbers[k]}: {grid[k]:g} Hz where {first.name}, line {lines[k]}, has {frequency[k]:g} Hz. "
-            "All FRFs must share one grid of frequencies."
-        )
-    if len(grid) != len(frequency):
-        raise ValueError(
-            f"{path} has {len(grid)} frequencies, {first.name} has {len(frequency)}. "
-            "All FRFs must share one grid of frequencies."
-        )

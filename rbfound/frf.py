@@ -22,11 +22,14 @@ class FRF:
         H[:, i, j] is the displacement at seat i for a unit force at seat j.
     labels : names of the seats
         In the order x1, y1, x2, y2, ...; inputs and outputs share them.
+    notes : sentences that belong to these data
+        What was left out or filled in when they were read.
     """
 
     frequency: NDArray[np.float64]
     H: NDArray[np.complex128]
     labels: tuple[str, ...] = SEATS
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         frequency = np.asarray(self.frequency, dtype=float)
@@ -52,6 +55,7 @@ class FRF:
         object.__setattr__(self, "frequency", frequency)
         object.__setattr__(self, "H", H)
         object.__setattr__(self, "labels", labels)
+        object.__setattr__(self, "notes", tuple(self.notes))
 
     def between(self, low: float, high: float) -> "FRF":
         """The lines from `low` to `high` [Hz], both included."""
@@ -61,7 +65,7 @@ class FRF:
                 f"No line lies between {low:g} and {high:g} Hz: "
                 f"the FRFs reach from {self.frequency[0]:g} to {self.frequency[-1]:g} Hz."
             )
-        return FRF(self.frequency[inside], self.H[inside], self.labels)
+        return FRF(self.frequency[inside], self.H[inside], self.labels, self.notes)
 
     def reciprocity(self) -> float:
         """Worst |H - Hᵀ| over all lines, relative to the largest receptance of that line; 0 for a perfect set."""
@@ -99,7 +103,7 @@ class FRF:
         kinds = self.kinds()
         if kind not in kinds:
             raise ValueError(f"There is no {kind!r} here: the kinds are {', '.join(sorted(set(kinds.ravel())))}.")
-        return FRF(self.frequency, np.where(kinds == kind, 0, self.H), self.labels)
+        return FRF(self.frequency, np.where(kinds == kind, 0, self.H), self.labels, self.notes)
 
     def _omega(self) -> NDArray[np.float64]:
         return np.asarray(radians(self.frequency))[:, None, None]

@@ -252,10 +252,12 @@ def test_text_between_the_numbers_is_named_with_file_and_line(folder):
     assert re.search(rf"{NAMES[8]}, line 4: .*is not a row of numbers", error_of(folder))
 
 
-def test_a_decimal_comma_is_not_taken_for_a_number(folder):
-    path = folder / NAMES[8]
+def test_decimal_commas_are_read_and_a_file_with_commas_and_points_is_refused(folder):
+    path, expected = folder / NAMES[8], rb.load_frf(folder).H
     path.write_text(path.read_text().replace(".", ","))
-    assert re.search(rf"{NAMES[8]}", error_of(folder))
+    np.testing.assert_array_equal(rb.load_frf(folder).H, expected)
+    rewrite(path, 4, put(3, "1.5"))
+    assert re.search(rf"{NAMES[8]}, line 4: a decimal comma and a decimal point", error_of(folder))
 
 
 def test_a_damaged_first_row_is_not_taken_for_a_heading(folder):

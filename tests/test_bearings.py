@@ -1,0 +1,50 @@
+"""Any number of bearings: from files through identification to the machine, 2n x 2n FRFs for n bearings."""
+
+import numpy as np
+import pytest
+
+import rbfound as rb
+
+
+def truth(bearings):
+    """A block on springs with as many seats as the bearings have, some of whose modes lie in the band."""
+    labels = tuple(f"{axis}{k + 1}" for k in range(bearings) for axis in "xy")
+    rng = np.random.default_rng(bearings)
+    modes = 3 + bearings
+    return rb.modal_foundation(
+        0.1 * rng.standard_normal((2 * bearings, modes)),
+        rb.radians(np.linspace(60.0, 420.0, modes)),
+        np.full(modes, 0.02),
+        labels,
+    )
+
+
+def machine_on(foundation, bearings):
+    """A shaft on n bearings, and a disk at its end."""
+    places = 0.3 * np.arange(bearings)
+    rotor = rb.Rotor(
+        rb.Shaft([places[-1] + 0.3], [0.05]), {float(places[-1]) + 0.3: rb.Disk(3.0, 0.01, 0.02)}, element=0.15
+    )
+    # one bearing alone has to hold the shaft's tilt by nothing: the machine is then free to swing
+    return rb.mount(rotor, {float(z): rb.Bearing(5e6, 5e6, cxx=1e3, cyy=1e3) for z in places}, on=foundation)
+
+
+@pytest.mark.parametrize(
+    ("bearings", "ending"), [(1, ""), (2, ""), (4, ""), (4, ".npz"), pytest.param(8, ".npz", marks=pytest.mark.slow)]
+)
+def test_files_become_a_foundation_and_a_machine_whatever_the_number_of_bearings(bearings, ending, tmp_path):
+    known = truth(bearings)
+    rb.save_frf(known.frf(np.arange(20.0, 500.0, 1.0)), tmp_path / f"set{ending}")
+    frf = rb.load_frf(tmp_path / f"set{ending}")
+    assert frf.H.shape == (480, 2 * bearings, 2 * bearings)
+    assert rb.check(frf).nonreciprocity < 1e-8
+    found = rb.identify(frf)
+    rb.save_foundation(found, tmp_path / "found.json")
+    found = rb.load_foundation(tmp_path / "found.json")
+    assert found.labels == known.labels
+    # all modes lie in the band and the files have nine digits: what is lost is the rounding and where the fit stops
+    ours, theirs = (machine_on(body, bearings).at(rb.from_rpm(3000)).modes().above(5.0) for body in (found, known))
+    inside = rb.hertz(theirs.poles.imag) < 400
+    assert inside.sum() >= 4
+    for pole in theirs.poles[inside]:
+        assert np.abs(ours.poles - pole).min() < 1e-4 * abs(pole)
