@@ -193,6 +193,21 @@ def test_a_readers_own_files_are_identified(tmp_path: Path) -> None:
     assert min(abs(f / 159.7 - 1) for f in found) < 1e-2
 
 
+@pytest.mark.slow
+def test_one_table_of_a_reader_is_identified_too(tmp_path: Path) -> None:
+    frf = rb.load_frf(DATA / "medium")
+    pairs = [(i, j) for i in range(4) for j in range(4)]
+    names = [f"{frf.labels[i]} from {frf.labels[j]} {part} [m/N]" for i, j in pairs for part in ("real", "imaginary")]
+    rows = [
+        [f, *(part for i, j in pairs for part in (H[i, j].real, H[i, j].imag))]
+        for f, H in zip(frf.frequency, frf.H, strict=True)
+    ]
+    text = "\n".join(",".join(str(float(x)) for x in row) for row in rows)
+    (tmp_path / "measured.csv").write_text(",".join(["frequency [Hz]", *names]) + "\n" + text + "\n")
+    found = [peak["frequency"] for peak in live.opened("peak_picker", tmp_path).values["result"]["peaks"]]
+    assert min(abs(f / 159.7 - 1) for f in found) < 1e-2
+
+
 def test_files_that_are_no_frfs_are_refused_by_name(tmp_path: Path) -> None:
     (tmp_path / "measured.csv").write_text("1,2,3\n")
     with pytest.raises(ValueError, match=r"measured\.csv"):

@@ -250,7 +250,7 @@
       const words = make(own, "p");
       make(words, "strong", { textContent: "Your own FRFs. " });
       words.append("Drop the text files of a set or their folder here, one file for each pair of seats (sixteen for two bearings, named as in " +
-        "data/foundation: …x1_from_y1.txt), or choose them. They are read in this page and stay on this machine.");
+        "data/foundation: …x1_from_y1.txt), or one table (.csv) whose heading says x1 from y1 real [m/N] and so on. They are read in this page and stay on this machine.");
       const row = make(own, "p");
       const label = make(row, "label", { textContent: "Choose files" });
       const input = make(label, "input", { type: "file", multiple: true, accept: ".txt,.csv,.uff,.unv" });
