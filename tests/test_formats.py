@@ -291,7 +291,7 @@ def test_a_mat_bomb_is_refused_before_it_unpacks(tmp_path, monkeypatch):
 
 
 def universal(path, factor=1.0, kind=8, unit=("m", "N"), binary=0, flip=(), nodes=(7, 12)):
-    pyuff = pytest.importorskip("pyuff")
+    pyuff = pytest.importorskip("pyuff", reason="UFF needs pyuff: pip install 'rbfound[uff]'")
     sets = []
     for i in range(4):
         for j in range(4):

@@ -106,7 +106,7 @@ NAMES += ("u.uff", "b.uff")
 
 @pytest.fixture(scope="module")
 def good(tmp_path_factory):
-    pytest.importorskip("pyuff")
+    pytest.importorskip("pyuff", reason="UFF needs pyuff: pip install 'rbfound[uff]'")
     return seeds(tmp_path_factory.mktemp("good"))
 
 

@@ -20,7 +20,7 @@ pytestmark = [
 def ross():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return pytest.importorskip("ross", exc_type=ImportError)
+        return pytest.importorskip("ross", reason="ROSS is not here: pip install 'rbfound[ross]'", exc_type=ImportError)
 
 
 def square(seed=2):
