@@ -1,6 +1,5 @@
 """What axe-core finds on each page of the built book: nothing serious, in light and in dark."""
 
-import os
 from collections.abc import Iterator
 from importlib.resources import files
 from importlib.util import find_spec
@@ -8,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import FLAGS, chromium, pages, router, served
+from browser import pages, router, served
+from browsing import launched, missing
 
 ROOT = Path(__file__).resolve().parent.parent
 HTML = ROOT / "_build" / "html"
@@ -16,13 +16,6 @@ PAGES = pages(ROOT / "_toc.yml")[1:]
 SERIOUS = ("serious", "critical")
 
 pytestmark = [pytest.mark.book, pytest.mark.slow]
-
-
-def missing(sentence: str) -> None:
-    """Skip, with what to do about it; in CI a skip would hide a page that keeps readers out, so there it fails."""
-    if os.environ.get("RBFOUND_REQUIRE_BROWSER"):
-        pytest.fail(sentence)
-    pytest.skip(sentence)
 
 
 @pytest.fixture(scope="module")
@@ -34,16 +27,10 @@ def axe() -> str:
 
 @pytest.fixture(scope="module")
 def browser(axe: str) -> Iterator[Any]:
-    executable = chromium()
-    if executable is None:
-        missing("The accessibility tests need Chromium: install it (Debian, Ubuntu: apt-get install chromium).")
     if not (HTML / "index.html").is_file():
         missing("The accessibility tests need the built book: make book.")
-    playwright = pytest.importorskip("playwright.sync_api", reason="They need playwright: make test installs it.")
-    with playwright.sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=executable, args=FLAGS)
+    with launched("The accessibility tests") as browser:
         yield browser
-        browser.close()
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])

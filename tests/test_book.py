@@ -4,7 +4,6 @@
 they take from a CDN: their formulas stay TeX, and nothing else may break.
 """
 
-import os
 import re
 import shutil
 from collections.abc import Iterator
@@ -14,7 +13,8 @@ from typing import Any
 from urllib.parse import unquote, urlsplit
 
 import pytest
-from browser import FLAGS, chromium, is_local, pages, router, served
+from browser import is_local, pages, router, served
+from browsing import launched, missing
 
 ROOT = Path(__file__).resolve().parent.parent
 HTML = ROOT / "_build" / "html"
@@ -23,27 +23,10 @@ PAGES = pages(ROOT / "_toc.yml")
 pytestmark = pytest.mark.book
 
 
-def missing(sentence: str) -> None:
-    """Skip, with what to do about it; in CI a skip would hide a broken page, so there it fails."""
-    if os.environ.get("RBFOUND_REQUIRE_BROWSER"):
-        pytest.fail(sentence)
-    pytest.skip(sentence)
-
-
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    executable = chromium()
-    if executable is None:
-        missing(
-            "The browser tests need Chromium: install it (Debian, Ubuntu: apt-get install chromium) and run them again."
-        )
-    playwright = pytest.importorskip(
-        "playwright.sync_api", reason="The browser tests need playwright: make test installs it."
-    )
-    with playwright.sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=executable, args=FLAGS)
+    with launched("The browser tests") as browser:
         yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")

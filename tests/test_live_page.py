@@ -16,7 +16,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import FLAGS, chromium, is_local, router, served
+from browser import is_local, router, served
+from browsing import launched, missing
 
 import rbfound as rb
 from rbfound import live
@@ -44,25 +45,12 @@ DROP = """(place, name) => { const dataTransfer = new DataTransfer();
   place.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true })); }"""
 
 
-def missing(sentence: str) -> None:
-    """Skip, with what to do about it; in CI a skip would hide a broken page, so there it fails."""
-    if os.environ.get("RBFOUND_REQUIRE_BROWSER"):
-        pytest.fail(sentence)
-    pytest.skip(sentence)
-
-
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    executable = chromium()
-    if executable is None:
-        missing("The live page's tests need Chromium: install it (Debian, Ubuntu: apt-get install chromium).")
-    playwright = pytest.importorskip("playwright.sync_api", reason="They need playwright: make test installs it.")
     if not (HTML / "book" / "live.html").is_file():
         missing("The live page's tests need the built book: make book.")
-    with playwright.sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=executable, args=FLAGS)
+    with launched("The live page's tests") as browser:
         yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import FLAGS, chromium, is_local
+from browser import is_local
+from browsing import launched
 
 ROOT = Path(__file__).resolve().parent.parent
 PYODIDE = Path(os.environ.get("RBFOUND_PYODIDE") or ROOT.parent / "shared" / "pyodide-0.27.7")
@@ -52,14 +53,8 @@ def book(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    executable = chromium()
-    if executable is None:
-        pytest.skip("The offline book's tests need Chromium: install it (Debian, Ubuntu: apt-get install chromium).")
-    playwright = pytest.importorskip("playwright.sync_api", reason="They need playwright: make test installs it.")
-    with playwright.sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=executable, args=FLAGS)
+    with launched("The offline book's tests") as browser:
         yield browser
-        browser.close()
 
 
 def test_no_page_loads_anything_from_elsewhere(book: Path) -> None:

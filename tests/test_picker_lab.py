@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from browser import FLAGS, chromium
+from browsing import missing
 
 import rbfound as rb
 
@@ -30,13 +31,6 @@ CELLS = [
 ]
 
 pytestmark = pytest.mark.slow
-
-
-def missing(sentence: str) -> None:
-    """Skip, with what to do about it; in CI a skip would hide a broken picker, so there it fails."""
-    if os.environ.get("RBFOUND_REQUIRE_BROWSER"):
-        pytest.fail(sentence)
-    pytest.skip(sentence)
 
 
 def answers(url: str) -> bool:

@@ -4,9 +4,7 @@ The page is a host as small as a host can be: get, set, save_changes and on. Wha
 `rbfound.frontend.answer`, as a kernel or a worker would.
 """
 
-import importlib.util
 import json
-import os
 from base64 import b64encode
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import FLAGS, chromium
+from browsing import launched
 
 import rbfound as rb
 from rbfound import thesis
@@ -73,26 +71,10 @@ def page_of(bench: Bench, method: str = "pmsm") -> str:
     return PAGE % {"css": css, "js": js, "state": json.dumps(state)}
 
 
-def missing(sentence: str) -> None:
-    """Skip, with what to do about it; in CI a skip would hide a broken page, so there it fails."""
-    if os.environ.get("RBFOUND_REQUIRE_BROWSER"):
-        pytest.fail(sentence)
-    pytest.skip(sentence)
-
-
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    executable = chromium()
-    if executable is None:
-        missing("The picker's tests need Chromium: install it (Debian, Ubuntu: apt-get install chromium).")
-    if not importlib.util.find_spec("playwright"):
-        missing("The picker's tests need playwright: make test installs it.")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=executable, args=FLAGS)
+    with launched("The picker's tests") as browser:
         yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,6 @@ The pages are written here, with the real script: no built book is needed.
 
 import importlib.util
 import json
-import os
 import re
 import shutil
 import subprocess
@@ -18,7 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import FLAGS, chromium
+from browsing import launched
 
 import rbfound as rb
 from rbfound.bodies import Body, rotor_body
@@ -145,13 +144,6 @@ def test_nbval_compares_the_text_of_a_picture_and_takes_its_html_as_it_is(
     assert (run.returncode == 0) == passes, run.stdout + run.stderr
 
 
-def missing(sentence: str) -> None:
-    """Skip, with what to do about it; in CI a skip would hide a broken page, so there it fails."""
-    if os.environ.get("RBFOUND_REQUIRE_BROWSER"):
-        pytest.fail(sentence)
-    pytest.skip(sentence)
-
-
 @pytest.fixture(scope="module")
 def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A page with the same view twice, the first one of glass."""
@@ -164,17 +156,8 @@ def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    executable = chromium()
-    if executable is None:
-        missing("The viewer's tests need Chromium: install it (Debian, Ubuntu: apt-get install chromium).")
-    if not importlib.util.find_spec("playwright"):
-        missing("The viewer's tests need playwright: make test installs it.")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=executable, args=FLAGS)
+    with launched("The viewer's tests") as browser:
         yield browser
-        browser.close()
 
 
 class Stage:
