@@ -159,18 +159,3 @@ def _other(problem: Problem, Q: Array, match: Array, trial: Array, level: Array)
     psi /= np.maximum(np.linalg.norm(psi, axis=1, keepdims=True), np.finfo(float).tiny)
     turned = trial + psi * np.sign(np.einsum("cs,cs->c", trial, psi))[:, None]
     return np.asarray(turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), np.finfo(float).tiny))
-
-
-def decimated(omega: Array, poles: Complex, wanted: int) -> tuple[NDArray[np.intp], Array]:
-    """Fewer lines for a first fit, dense where a pole is sharp: their indices, and for how many each stands."""
-    n = len(omega)
-    if n <= wanted:
-        return np.arange(n), np.ones(n)
-    spacing = np.gradient(omega)
-    reach = np.full(n, np.inf)
-    for pole in poles:
-        reach = np.minimum(reach, np.maximum(np.abs(pole.real), np.abs(omega - abs(pole))) / 5)
-    stride = np.clip(reach / spacing, 1, n / wanted)
-    position = np.floor(np.cumsum(1 / stride))
-    lines = np.flatnonzero(np.diff(position, prepend=-1.0))
-    return lines, stride[lines]

@@ -7,7 +7,7 @@ frequency, so that a step of log omega alone leaves phi / omega as it is. What a
 phi phi' / omega^2: along such a step it hardly changes, and the valley in which the search creeps is nearly straight.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,9 +48,9 @@ class Problem:
         i and j of each entry.
     averaging : float
         By how much the mean of H_ij and H_ji is surer than either: sqrt(2), or 1 if they are one measurement.
-    sparse : (lines, shares)
-        Some of the lines and for how many each stands. Sums that hold no data, J'J above all, are taken over these:
-        they are smooth functions. Residuals and J'r are those of all lines, and so is what the search ends at.
+    nodes : Problem
+        The same on fewer lines, each of which weighs as much as those it stands for. Modes are looked for there, and
+        sums that hold no data, J'J above all, are taken there. Residuals, J'r and what the fit ends at are those of all.
     """
 
     omega: Array
@@ -59,15 +59,11 @@ class Problem:
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
     averaging: float = 1.0
-    sparse: tuple[NDArray[np.intp], Array] | None = None
+    nodes: "Problem | None" = None
 
     def thinned(self) -> "Problem":
-        """The sparse lines alone, each weighing as much as those it stands for; all if there are none."""
-        if self.sparse is None:
-            return self
-        lines, share = self.sparse
-        weight = self.weight[:, lines] * np.sqrt(share)
-        return replace(self, omega=self.omega[lines], H=self.H[:, lines], weight=weight, sparse=None)
+        """The nodes; all lines if there are none."""
+        return self.nodes or self
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +147,7 @@ def cost(problem: Problem, state: State) -> float:
 
 
 def curvature(problem: Problem, state: State) -> Array:
-    """J'J, with J the derivative of the weighted model, from the sparse lines if the problem has them.
+    """J'J, with J the derivative of the weighted model, over the nodes if the problem has them.
 
     Entry (i, j) depends on phi_i, phi_j, omega and zeta only, through the three tangents of each mode; so that the sums
     over the lines are those of 3 m columns, whatever the number of seats.

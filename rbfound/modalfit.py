@@ -6,12 +6,13 @@ frequency, whatever the data are. What lies outside the band is the sum of a few
 band, has to be right. A mode is added wherever it lowers the misfit by more than noise would.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rbfound.additions import decimated, first_modes
+from rbfound.additions import first_modes
+from rbfound.compression import compressed
 from rbfound.confidence import covariance_of, hidden_places, wide_covariance
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF, SEATS
@@ -24,14 +25,24 @@ from rbfound.leastsquares import (
     problem_of,
     refine,
 )
-from rbfound.modesearch import completed, counted, doubtful, inside, pruned, reweighted, variance_of
+from rbfound.modesearch import (
+    FINEST,
+    completed,
+    counted,
+    doubtful,
+    inside,
+    pruned,
+    reweighted,
+    scale_of_data,
+    variance_of,
+)
 from rbfound.polyreference import largest_order, lines_in, stabilisation, stable_poles
 from rbfound.units import hertz, radians
 
 Array = NDArray[np.float64]
 
-# Lines over which sums without data are taken; the most modes that are added to those the poles give and one a seat.
-FEW, MOST = 200, 16
+# The most modes that are added to those the poles give and one a seat.
+MOST = 16
 
 # Orders of the denominator that are tried, where the lines allow them.
 ORDERS = range(12, 25, 2)
@@ -136,7 +147,7 @@ def fit_modes(
     poles = _poles(part)
     edges = float(problem.omega[0]), float(problem.omega[-1])
     zeta = float(np.clip(np.median(-poles.real / np.abs(poles)), 2e-3, 0.05)) if len(poles) else 0.02
-    problem = replace(problem, sparse=decimated(problem.omega, poles, FEW))
+    problem = compressed(problem, poles, relative, FINEST * scale_of_data(problem))
     state = completed(problem, first_modes(problem, poles), edges, zeta, MOST)
     suspects = inside(state, edges) & doubtful(problem, state, *_deviation(problem, state))
     state = pruned(problem, state, np.flatnonzero(suspects))

@@ -43,8 +43,12 @@ REMAINDER = 0.3
 
 def variance_of(problem: Problem, state: State) -> float:
     """The noise's variance in the units of the cost, at least that of the finest data there are."""
-    scale = float(np.median(problem.weight * size_of(problem.H, problem.rows, problem.columns)))
-    return max(noise_of(problem, state), FINEST * scale) ** 2
+    return max(noise_of(problem, state), FINEST * scale_of_data(problem)) ** 2
+
+
+def scale_of_data(problem: Problem) -> float:
+    """The size of the weighted data, without those lines where it is great or small."""
+    return float(np.median(problem.weight * size_of(problem.H, problem.rows, problem.columns)))
 
 
 def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: float, most: int) -> State:
@@ -59,21 +63,21 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
     tried = candidates(*edges, zeta)
     within = (tried >= edges[0]) & (tried <= edges[1])
     added, thorough = 0, False
+    thin, variance = problem.thinned(), variance_of(problem, state)
     while True:
         # a rough fit tells where a mode is missing; that none is, is said at the end of the search only
-        variance = variance_of(problem, state)
         small, rough = (0.02 * variance, 0.0) if thorough else (variance, ROUGH)
-        state, left = refine(problem, state, small=small, rough=rough, iterations=80)
+        state, left = refine(thin, state, small=small, rough=rough, iterations=80)
         variance = variance_of(problem, state)
-        idle = ~inside(state, edges) & (weight_of(problem, state) < IDLE * variance)
+        idle = ~inside(state, edges) & (weight_of(thin, state) < IDLE * variance)
         if idle.any():
             state = state.only(~idle)
             continue
         if added < most and left > FINEST**2 * problem.H.size:
-            new, gain = missing_mode(problem, state, tried, zeta)
+            new, gain = missing_mode(thin, state, tried, zeta)
             least = variance * np.where(within, WORTH, WORTH_OUTSIDE)
             places = _places(np.where(gain > least, gain, 0.0), tried, TRIALS if thorough else 1)
-            more = _added(problem, state, left, [(new.only(place), float(least[place[0]])) for place in places])
+            more = _added(thin, state, left, [(new.only(place), float(least[place[0]])) for place in places])
             if more is not None:
                 state, added, thorough = more, added + 1, False
                 continue
@@ -187,4 +191,5 @@ def reweighted(problem: Problem, state: State) -> Problem:
     """|H| of the model in place of the data's: an entry that came out small by chance weighs no more for it."""
     data = size_of(problem.H, problem.rows, problem.columns)
     weight = problem.weight * data / size_of(receptances(problem, state), problem.rows, problem.columns)
-    return replace(problem, weight=weight)
+    nodes = reweighted(problem.nodes, state) if problem.nodes else None
+    return replace(problem, weight=weight, nodes=nodes)
