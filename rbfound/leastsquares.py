@@ -30,6 +30,9 @@ STRAIGHT, PROBE = 0.375, 0.1
 # The least damping of a step: at that the scaled J'J still has a Cholesky factor, rounding or not.
 LEAST = 1e-12
 
+# The damping of a first step: far from the end, and near it, where the way along the valley is known.
+CAREFUL, SURE = 1e-3, 1e-6
+
 # Lines in one piece of the normal equations: keeps what is in memory at a time to a few megabytes.
 BATCH = 2048
 
@@ -199,7 +202,7 @@ def chain(state: State, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Ar
 
 
 def refine(
-    problem: Problem, state: State, *, small: float, rough: float = 0.0, enough: float = 0.0, iterations: int = 60
+    problem: Problem, state: State, *, small: float, rough: float = 0.0, damping: float = CAREFUL, iterations: int = 60
 ) -> tuple[State, float]:
     """Levenberg-Marquardt, scaled by the diagonal of J'J: the modes and what is left of the cost.
 
@@ -211,10 +214,10 @@ def refine(
     ----------
     small, rough : float
         A step that lowers the cost by less, or by less than this part of it, ends the search.
-    enough : float
-        So does a cost below this.
+    damping : float
+        What is added to the scaled J'J in the first step.
     """
-    damping, factor = 1e-3, 2.0
+    factor = 2.0
     error, thin = residuals(problem, state), problem.thinned()
     now = float(np.vdot(error, error).real)
     for _ in range(iterations):
@@ -241,7 +244,7 @@ def refine(
         damping = max(damping * max(0.2, 1 - (2 * agreement - 1) ** 3), LEAST)
         decrease = now - then
         factor, state, error, now = 2.0, trial, left, then
-        if decrease <= max(small, rough * now) or now < enough:
+        if decrease <= max(small, rough * now):
             break
     return state, now
 

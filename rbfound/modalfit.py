@@ -6,7 +6,7 @@ frequency, whatever the data are. What lies outside the band is the sum of a few
 band, has to be right. A mode is added wherever it lowers the misfit by more than noise would.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from rbfound.confidence import covariance_of, hidden_places, wide_covariance
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF, SEATS
 from rbfound.leastsquares import (
+    SURE,
     Complex,
     Problem,
     State,
@@ -148,14 +149,17 @@ def fit_modes(
     edges = float(problem.omega[0]), float(problem.omega[-1])
     zeta = float(np.clip(np.median(-poles.real / np.abs(poles)), 2e-3, 0.05)) if len(poles) else 0.02
     problem = compressed(problem, poles, relative, FINEST * scale_of_data(problem))
-    state = completed(problem, first_modes(problem, poles), edges, zeta, MOST)
+    state = completed(problem, first_modes(problem.thinned(), poles), edges, zeta, MOST)
     suspects = inside(state, edges) & doubtful(problem, state, *_deviation(problem, state))
     state = pruned(problem, state, np.flatnonzero(suspects))
     if modes is not None:
         state = counted(problem, state, edges, zeta, modes)
     if relative:
         problem = reweighted(problem, state)
-    state, _ = refine(problem, state, small=0.02 * variance_of(problem, state), iterations=40)
+    # nearly all of the way on the nodes, the rest on all lines
+    small = 0.02 * variance_of(problem, state)
+    for lines in (problem.thinned(), problem):
+        state, _ = refine(lines, state, small=small, damping=SURE, iterations=40)
     state = state.only(np.argsort(state.omega))
     if not inside(state, edges).any():
         raise ValueError(

@@ -7,8 +7,10 @@ from numpy.typing import NDArray
 
 from rbfound.additions import candidates, missing_mode
 from rbfound.leastsquares import (
+    CAREFUL,
     HEAVY,
     LIGHT,
+    SURE,
     Array,
     Problem,
     State,
@@ -62,12 +64,15 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
     """
     tried = candidates(*edges, zeta)
     within = (tried >= edges[0]) & (tried <= edges[1])
-    added, thorough = 0, False
+    added, thorough, left = 0, False, np.inf
     thin, variance = problem.thinned(), variance_of(problem, state)
     while True:
         # a rough fit tells where a mode is missing; that none is, is said at the end of the search only
-        small, rough = (0.02 * variance, 0.0) if thorough else (variance, ROUGH)
-        state, left = refine(thin, state, small=small, rough=rough, iterations=80)
+        small, rough, damping = (0.02 * variance, 0.0, SURE) if thorough else (variance, ROUGH, CAREFUL)
+        before = left
+        state, left = refine(thin, state, small=small, rough=rough, damping=damping, iterations=80)
+        if thorough and before - left < variance:
+            return state
         variance = variance_of(problem, state)
         idle = ~inside(state, edges) & (weight_of(thin, state) < IDLE * variance)
         if idle.any():
