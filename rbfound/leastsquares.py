@@ -226,10 +226,10 @@ def refine(
         N /= scale[:, None] * scale
         here = receptances(thin, state)
         while True:
-            solve = linalg.cho_factor(N + damping * np.eye(len(N)), check_finite=False)
-            step = linalg.cho_solve(solve, b / scale, check_finite=False)
+            lower = _factor(N + damping * np.eye(len(N)))
+            step = linalg.lapack.dpotrs(lower, b / scale, lower=1)[0]
             bend = gradient(thin, state, _bend(thin, state, here, step / scale))
-            turn = linalg.cho_solve(solve, bend / scale, check_finite=False) / 2
+            turn = linalg.lapack.dpotrs(lower, bend / scale, lower=1)[0] / 2
             straight = np.linalg.norm(turn) > STRAIGHT * np.linalg.norm(step)
             trial = moved(problem, state, (step if straight else step + turn) / scale)
             left = residuals(problem, trial)
@@ -247,6 +247,14 @@ def refine(
         if decrease <= max(small, rough * now):
             break
     return state, now
+
+
+def _factor(A: Array) -> Array:
+    """Lower Cholesky factor. LAPACK by hand: the matrices are small, and the wrapper takes as long as the work."""
+    lower, failed = linalg.lapack.dpotrf(A, lower=1, overwrite_a=1)
+    if failed:
+        raise np.linalg.LinAlgError("J'J has no Cholesky factor: a parameter is not finite.")
+    return np.asarray(lower)
 
 
 def _bend(problem: Problem, state: State, here: Complex, step: Array) -> Complex:
