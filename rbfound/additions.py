@@ -85,7 +85,7 @@ def missing_mode(problem: Problem, state: State, own: Array, zeta: float) -> tup
     N, b = curvature(problem, state), gradient(problem, state, residuals(problem, state))
     scale = scale_of(N)
     factor = linalg.cholesky(N / scale[:, None] / scale + 1e-9 * np.eye(len(N)), lower=True)
-    size, match, cross = against(problem, state, own, zeta)
+    size, match, cross = against(problem, state, own, np.full(len(own), zeta))
     # what the present modes can do by themselves is taken out, of the candidates and of the residuals
     count, entries = size.shape
     Y = linalg.solve_triangular(factor, (cross / scale).reshape(count * entries, -1).T, lower=True)
@@ -96,13 +96,13 @@ def missing_mode(problem: Problem, state: State, own: Array, zeta: float) -> tup
     return State(phi.T.copy(), own, np.full(count, zeta)), gain
 
 
-def against(problem: Problem, state: State, own: Array, zeta: float) -> tuple[Array, Array, Array]:
+def against(problem: Problem, state: State, own: Array, zeta: Array) -> tuple[Array, Array, Array]:
     """Of each candidate and entry: its squared norm, its product with the residuals, and with J, (c, entries, ...)."""
     m, entries = len(state.omega), len(problem.rows)
-    heavy, thin = np.full(len(own), zeta), problem.thinned()
+    thin = problem.thinned()
     error = problem.weight * residuals(problem, state)
-    match = compliance(problem.omega, own, heavy).view(float) @ error.view(float).T
-    new, basis = compliance(thin.omega, own, heavy), tangents(thin.omega, state).reshape(3 * m, -1)
+    match = compliance(problem.omega, own, zeta).view(float) @ error.view(float).T
+    new, basis = compliance(thin.omega, own, zeta), tangents(thin.omega, state).reshape(3 * m, -1)
     size = (new.real**2 + new.imag**2) @ (thin.weight**2).T
     product = np.empty((entries, len(own), m, 3))
     for e, weight in enumerate(thin.weight):
@@ -110,6 +110,23 @@ def against(problem: Problem, state: State, own: Array, zeta: float) -> tuple[Ar
     # (e, m, c, 3) by (e, m, 3, parameters)
     cross = np.matmul(product.transpose(0, 2, 1, 3), chain(state, problem.rows, problem.columns).transpose(0, 1, 3, 2))
     return size, match, cross.transpose(2, 0, 3, 1).reshape(len(own), entries, -1)
+
+
+def bordered(problem: Problem, state: State, places: Array, zeta: Array) -> tuple[Array, Array]:
+    """J'J and J'r of the modes and, behind their parameters, of the entries of a free symmetric residue at each place."""
+    thin = problem.thinned()
+    N, b = curvature(thin, state), gradient(thin, state, residuals(thin, state))
+    p, entries = len(N), len(problem.rows)
+    _, match, cross = against(thin, state, places, zeta)
+    g = compliance(thin.omega, places, zeta)
+    A = np.zeros((p + len(places) * entries,) * 2)
+    A[:p, :p] = N
+    A[p:, :p] = cross.reshape(-1, p)
+    A[:p, p:] = A[p:, :p].T
+    for e, weight in enumerate(thin.weight):
+        column = (g * weight).view(float)
+        A[p + e :: entries, p + e :: entries] = column @ column.T
+    return A, np.concatenate([b, match.ravel()])
 
 
 def _rank_one(problem: Problem, Q: Array, match: Array, size: Array) -> tuple[Array, Array]:

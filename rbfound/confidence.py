@@ -3,8 +3,8 @@
 import numpy as np
 from scipy import linalg
 
-from rbfound.additions import against
-from rbfound.leastsquares import Array, Problem, State, compliance, cost, curvature, scale_of
+from rbfound.additions import bordered
+from rbfound.leastsquares import Array, Problem, State, cost, curvature, scale_of
 
 # Outside the band the data are matched by no more pseudo-modes than noise lets show. What it hides is small, but leans
 # on the modes that are there. Residues that are free at these parts of the lower and multiples of the upper edge stand
@@ -32,19 +32,9 @@ def wide_covariance(problem: Problem, state: State, places: Array, zeta: float) 
     Of a fit to which these residues had been added. They are zero as far as the data tell, and the parameters are known
     no better than with them.
     """
-    thin = problem.thinned()
-    N = curvature(thin, state)
-    p, entries = len(N), len(problem.rows)
-    _, _, cross = against(thin, state, places, zeta)
-    g = compliance(thin.omega, places, np.full(len(places), zeta))
-    A = np.zeros((p + len(places) * entries,) * 2)
-    A[:p, :p] = N
-    A[p:, :p] = cross.reshape(-1, p)
-    A[:p, p:] = A[p:, :p].T
-    for e, weight in enumerate(thin.weight):
-        column = (g * weight).view(float)
-        A[p + e :: entries, p + e :: entries] = column @ column.T
-    turn = linalg.block_diag(_to_shapes(state), np.eye(len(A) - p))
+    A = bordered(problem, state, places, np.full(len(places), zeta))[0]
+    shapes = _to_shapes(state)
+    turn = linalg.block_diag(shapes, np.eye(len(A) - len(shapes)))
     return np.asarray(turn @ _inverse(A) @ turn.T * _variance(problem, state))
 
 

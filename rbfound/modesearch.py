@@ -20,6 +20,7 @@ from rbfound.leastsquares import (
     refine,
     size_of,
 )
+from rbfound.remainder import arranged
 from rbfound.units import hertz
 
 # A new mode has seats + 2 parameters and about a hundred places to be tried at: by chance the cost falls, in units of
@@ -30,8 +31,8 @@ WORTH, WORTH_OUTSIDE = 20.0, 7.0
 # A pseudo-mode that does less, in units of the noise's variance, stands for nothing.
 IDLE = 2.0
 
-# At the end of the search so many places are tried in turn, a good way from one another (in log omega).
-TRIALS, APART = 4, 0.15
+# A remainder of many pseudo-modes in place of few lowers it by chance, too, and by less than this.
+ARRANGED = 20.0
 
 # A search that goes on ends at a step that lowers the cost by less than this part of it.
 ROUGH = 0.0003
@@ -54,7 +55,10 @@ def scale_of_data(problem: Problem) -> float:
 
 
 def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: float, most: int) -> State:
-    """Refine and add the mode that is missing, by turns, until noise could do as much.
+    """Refine and add what is missing, by turns, until noise could do as much.
+
+    A mode of the band comes alone; what lies outside it, the first time that one pseudo-mode a seat will not do, anew
+    and as a whole.
 
     Parameters
     ----------
@@ -64,8 +68,8 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
     """
     tried = candidates(*edges, zeta)
     within = (tried >= edges[0]) & (tried <= edges[1])
-    added, thorough, left = 0, False, np.inf
     thin, variance = problem.thinned(), variance_of(problem, state)
+    added, whole, thorough, left = 0, False, False, np.inf
     while True:
         # a rough fit tells where a mode is missing; that none is, is said at the end of the search only
         small, rough, damping = (0.02 * variance, 0.0, SURE) if thorough else (variance, ROUGH, CAREFUL)
@@ -81,35 +85,41 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
         if added < most and left > FINEST**2 * problem.H.size:
             new, gain = missing_mode(thin, state, tried, zeta)
             least = variance * np.where(within, WORTH, WORTH_OUTSIDE)
-            places = _places(np.where(gain > least, gain, 0.0), tried, TRIALS if thorough else 1)
-            more = _added(thin, state, left, [(new.only(place), float(least[place[0]])) for place in places])
+            best = int(np.where(gain > least, gain, 0.0).argmax())
+            more = None
+            if gain[best] > least[best] and not within[best] and not whole:
+                whole = True
+                more = _with_other_remainder(thin, state, left, edges, zeta, variance)
+            if more is None and gain[best] > least[best]:
+                added += 1
+                more = _added(thin, state, left, new.only(np.array([best])), float(least[best]))
             if more is not None:
-                state, added, thorough = more, added + 1, False
+                state, thorough = more, False
                 continue
         if thorough:
             return state
         thorough = True
 
 
-def _places(gain: Array, tried: Array, most: int) -> list[NDArray[np.intp]]:
-    """The candidates that gain most and lie apart from one another, best first."""
-    places: list[NDArray[np.intp]] = []
-    while len(places) < most and gain.max() > 0:
-        best = gain.argmax()
-        places.append(np.array([best]))
-        gain = np.where(np.abs(np.log(tried / tried[best])) < APART, 0.0, gain)
-    return places
+def _with_other_remainder(
+    problem: Problem, state: State, left: float, edges: tuple[float, float], zeta: float, variance: float
+) -> State | None:
+    """The modes of the band and pseudo-modes that were found at once, if they lower the cost by more than chance."""
+    other = arranged(problem, state.only(inside(state, edges)), zeta, variance)
+    if other is None:
+        return None
+    more, then = refine(problem, other, small=0.02 * variance, iterations=80)
+    return more if left - then > ARRANGED * variance else None
 
 
-def _added(problem: Problem, state: State, left: float, options: list[tuple[State, float]]) -> State | None:
-    """The modes and the first of several others that lowers the cost by as much as it has to, or None."""
-    for new, least in options:
-        more = state.joined(new)
-        # a rough fit is gone on with if it does not
-        for rough in (ROUGH, 0.0):
-            more, then = refine(problem, more, small=0.05 * least, rough=rough, iterations=80)
-            if left - then > least:
-                return more
+def _added(problem: Problem, state: State, left: float, new: State, least: float) -> State | None:
+    """The modes and one other, if it lowers the cost by as much as it has to."""
+    more = state.joined(new)
+    # a rough fit is gone on with if it does not
+    for rough in (ROUGH, 0.0):
+        more, then = refine(problem, more, small=0.05 * least, rough=rough, iterations=80)
+        if left - then > least:
+            return more
     return None
 
 
