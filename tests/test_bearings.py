@@ -1,4 +1,4 @@
-"""Any number of bearings: from files through identification to the machine and out again, 2n x 2n FRFs for n bearings."""
+"""Any number of bearings: from files through identification to the machine and out again, 2n x 2n FRFs for n."""
 
 import numpy as np
 import pytest
