@@ -26,8 +26,8 @@ Complex = NDArray[np.complex128]
 # 64 FRFs on 500 000 lines [bytes]
 LARGEST_UNPACKED = 600_000_000
 # What numpy's own reader lets through when the heading of an array is damaged.
-HEADING = (SyntaxError, TypeError, KeyError, IndexError, OverflowError, struct.error, MemoryError)
-HEADING += (tokenize.TokenError, RecursionError)
+HEADING: tuple[type[Exception], ...] = (SyntaxError, TypeError, KeyError, IndexError, OverflowError, struct.error)
+HEADING += (MemoryError, RecursionError, tokenize.TokenError)
 
 
 def read_npz(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:

@@ -51,9 +51,9 @@ def arrays_in(content: bytes, names: Collection[str], largest: int) -> dict[str,
         if kind == COMPRESSED:
             whole = _unpacked(data, largest)
             largest -= len(whole)
-            for inner, part in _elements(whole, 0, order):
-                if inner == MATRIX:
-                    _matrix(part, order, names, out)
+            # one array; its own size is no check, as Octave counts four bytes too many for some texts
+            if len(whole) >= 8 and struct.unpack_from(order + "I", whole)[0] == MATRIX:
+                _matrix(whole[8:], order, names, out)
         elif kind == MATRIX:
             _matrix(data, order, names, out)
     return out

@@ -12,4 +12,5 @@ K = [1e6, -2e5; -2e5, 3e6];
 B = [1, 0.1; 0.2, 1];
 labels = ["x1"; "y1"];
 notes = "written by Octave";
+% -v6 with four letters is a file that Octave 7.3 itself cannot read: it counts them wrong
 save("-v7", "octave_foundation.mat", "M", "C", "K", "B", "labels", "notes");
