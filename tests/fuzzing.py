@@ -50,6 +50,7 @@ def good_files(folder: Path) -> dict[str, list[bytes]]:
     np.savez(folder / "m.npz", **parts, notes=np.array(["a note"]))
     scipy_io.savemat(folder / "a.mat", arrays)
     scipy_io.savemat(folder / "b.mat", arrays, do_compression=True, oned_as="column")
+    scipy_io.savemat(folder / "c.mat", {"H": frf.H})
     scipy_io.savemat(folder / "m.mat", parts | {"notes": np.array(["a note"])})
     member = io.BytesIO()
     np.save(member, frf.H)
@@ -63,12 +64,14 @@ def good_files(folder: Path) -> dict[str, list[bytes]]:
     index += [f"set/{path.name},{path.name[6:8]},{path.name[14:16]}" for path in sorted((folder / "set").iterdir())]
     one = next((folder / "set").glob("*x1_from_x1.txt")).read_bytes()
     comma = "Frequency [Hz]\tAmplitude [mm]\tPhase [°]\n10\t1,5\t350\n20,5\t2e-3\t-1\n"
-    files = {name: (folder / name).read_bytes() for name in ("a.npz", "b.npz", "m.npz", "a.mat", "b.mat", "m.mat")}
+    files = {
+        name: (folder / name).read_bytes() for name in ("a.npz", "b.npz", "m.npz", "a.mat", "b.mat", "c.mat", "m.mat")
+    }
     return {
         "f.npz": [files["a.npz"], files["b.npz"]],
         "H.npy": [member.getvalue()],
         "f.mat": [files["a.mat"], files["b.mat"]],
-        "packed.mat": [files["a.mat"][128:]],
+        "packed.mat": [files["c.mat"][128:]],
         "u.uff": [universal(folder / "u.uff").read_bytes()],
         "b.uff": [universal(folder / "b.uff", binary=1).read_bytes()],
         "t.csv": [_table(["Frequency [Hz]", *names], rows, mark) for mark in ",;\t"],
@@ -108,8 +111,9 @@ def read(folder: Path, name: str, content: bytes) -> object:
                 with archive.open(f"{part}.npy", "w") as stream:
                     np.save(stream, array)
     elif name == "packed.mat":
-        packed = zlib.compress(content)
-        path.write_bytes(MAT_HEAD + struct.pack("<II", 15, len(packed)) + packed)
+        packed, plain = zlib.compress(content), io.BytesIO()
+        scipy_io.savemat(plain, {"frequency": LINES, "unit": "m"})
+        path.write_bytes(plain.getvalue() + struct.pack("<II", 15, len(packed)) + packed)
     elif name == "one.txt":
         path = folder / "alone" / "x1_from_x1.txt"
         path.parent.mkdir(exist_ok=True)
