@@ -112,7 +112,7 @@ def _matrix(data: bytes, order: str, names: Collection[str], out: dict[str, NDAr
     elif kind == LETTERS:
         codes = _values(name, *_next(elements), order, shape)
         rows = codes.reshape(shape[0], -1, order="F") if len(codes) else np.zeros((0, 0), dtype="u4")
-        if (rows.astype("i8") > 0x10FFFF).any() or (rows.astype("i8") < 0).any():
+        if codes.dtype.kind not in "iu" or (rows.astype("i8") > 0x10FFFF).any() or (rows.astype("i8") < 0).any():
             raise ValueError(f"{name} holds what is no letter")
         out[name] = np.array(["".join(map(chr, row)) for row in rows], dtype=str)
     else:

@@ -230,6 +230,14 @@ def test_a_mat_file_of_another_writer_needs_its_unit_said(tmp_path, options):
     same(rb.load_frf(path, unit="m", force=9.81))
 
 
+def test_letters_that_are_stored_as_fractions_are_refused(tmp_path):
+    path = tmp_path / "rig.mat"
+    scipy_io.savemat(path, {"labels": np.arange(4.0)})
+    # an array of doubles whose class says letters
+    path.write_bytes(path.read_bytes().replace(b"\x06\0\0\0\x08\0\0\0\x06", b"\x06\0\0\0\x08\0\0\0\x04", 1))
+    assert "labels holds what is no letter" in error_of(path)
+
+
 WRITTEN = Path(__file__).parent / "written"
 
 
