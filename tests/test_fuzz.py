@@ -16,7 +16,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from test_command import MACHINE
 from test_files import foundation
-from test_formats import universal
+from test_formats import FRFS
+from universal import universal
 
 import rbfound as rb
 from rbfound.machinefile import load_machine
@@ -68,8 +69,8 @@ def seeds(folder: Path) -> dict[str, bytes]:
     )
     out["one.txt"] = next((folder / "set").glob("*x1_from_x1.txt")).read_bytes()
     out["machine.toml"] = MACHINE.encode()
-    out["u.uff"] = universal(folder / "u.uff").read_bytes()[:4000]
-    out["b.uff"] = universal(folder / "b.uff", binary=1).read_bytes()[:6000]
+    out["u.uff"] = universal(folder / "u.uff", FRFS).read_bytes()[:4000]
+    out["b.uff"] = universal(folder / "b.uff", FRFS, binary=1).read_bytes()[:6000]
     return out
 
 

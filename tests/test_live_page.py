@@ -7,6 +7,7 @@ folder shared/pyodide-0.27.7 beside the repository is tried.
 import json
 import os
 import shutil
+from base64 import b64encode
 from collections.abc import Iterator
 from importlib.resources import files
 from importlib.util import find_spec
@@ -18,6 +19,8 @@ import numpy as np
 import pytest
 from browser import is_local, router, served
 from browsing import launched, missing
+from test_files import foundation
+from universal import universal
 
 import rbfound as rb
 from rbfound import live
@@ -40,8 +43,8 @@ HELD = """(root, name) => JSON.stringify(root.rbfound.get(name), (_, value) =>
 WATCH = """window.latencies = []; document.addEventListener("rbfound-drawn", (event) => {
   if (event.detail.latency != null) window.latencies.push(event.detail.latency); });"""
 
-DROP = """(place, name) => { const dataTransfer = new DataTransfer();
-  dataTransfer.items.add(new File(["frequency,x1\\n1,2\\n"], name));
+DROP = """(place, [name, text]) => { const dataTransfer = new DataTransfer();
+  dataTransfer.items.add(new File([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))], name));
   place.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true })); }"""
 
 
@@ -246,7 +249,7 @@ def test_what_was_picked_can_be_taken_away(stage: Stage, tmp_path: Path) -> None
 
 def test_files_of_the_reader_are_read_and_identified_in_the_page(stage: Stage) -> None:
     own = stage.thing("peak_picker").locator(".rbfound-live-own")
-    own.evaluate(DROP, "measured.csv")
+    own.evaluate(DROP, ["measured.csv", b64encode(b"frequency,x1\n1,2\n").decode()])
     stage.page.wait_for_selector(".rbfound-live-own[data-refused]")
     assert "measured.csv" in own.locator(".rbfound-live-status").inner_text()
     own.locator("input").set_input_files(sorted((DATA / "medium").glob("*.txt")))
@@ -257,10 +260,38 @@ def test_files_of_the_reader_are_read_and_identified_in_the_page(stage: Stage) -
     assert len(found["peaks"]) == len(expected["peaks"])
     for one, other in zip(found["peaks"], expected["peaks"], strict=True):
         assert one["frequency"] == pytest.approx(other["frequency"], rel=1e-4)
+    # what only Universal Files need has not been asked for
+    assert stage.page.locator("script[src*=pyuff]").count() == 0
     own.get_by_role("button", name="Back").click()
     stage.page.wait_for_function(
         "root => root.rbfound.get('method') === 'pmsm'", arg=stage.thing("peak_picker").element_handle()
     )
+    assert stage.troubles == []
+
+
+@pytest.mark.parametrize("binary", [0, 1])
+def test_a_universal_file_is_identified_in_the_page_and_the_foundation_that_is_taken_away_is_that_of_cpython(
+    stage: Stage, tmp_path: Path, binary: int
+) -> None:
+    # six modes in the band and none beyond: the fit ends at the foundation itself, whatever BLAS goes there
+    truth = foundation()
+    path = universal(tmp_path / "rig.uff", truth.frf(np.arange(20.0, 340.0, 0.5)), binary=binary)
+    own = stage.thing("peak_picker").locator(".rbfound-live-own")
+    own.evaluate(DROP, [path.name, b64encode(path.read_bytes()).decode()])
+    stage.page.wait_for_selector(".rbfound-live-own[data-opened], .rbfound-live-own[data-refused]")
+    assert own.get_attribute("data-refused") is None
+    expected = live.opened("peak_picker", tmp_path)
+    found = stage.held("peak_picker", "result")
+    for key in ("Phi", "alone", "peaks"):
+        same(found[key], expected.values["result"][key], key)
+    with stage.page.expect_download() as download:
+        stage.thing("peak_picker").get_by_role("button", name="foundation.npz").click()
+    download.value.save_as(tmp_path / "taken.npz")
+    taken, kept = rb.load_foundation(tmp_path / "taken.npz"), tmp_path / "kept.npz"
+    kept.write_bytes(expected.saves["foundation.npz"]())
+    for name in "MCKB":
+        same(getattr(taken, name), getattr(rb.load_foundation(kept), name), name)
+    np.testing.assert_allclose(taken.frf([100.0]).H, truth.frf([100.0]).H, rtol=AGREE)
     assert stage.troubles == []
 
 

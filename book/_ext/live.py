@@ -15,6 +15,7 @@ import zipfile
 from base64 import b64encode
 from collections.abc import Iterable, Mapping
 from html import escape
+from importlib.metadata import PackageNotFoundError, distribution
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ from sphinx.util.docutils import SphinxDirective
 
 import rbfound
 from rbfound import live
+from rbfound.files import UNIVERSAL
 
 ROOT = Path(__file__).resolve().parents[2]
 WORKER = Path(__file__).with_name("live_worker.js")
@@ -34,6 +36,8 @@ WORKER = Path(__file__).with_name("live_worker.js")
 CORE = ("pyodide.js", "pyodide.asm.js", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json")
 PACKAGES = ("numpy", "scipy", "openblas")
 BYTES = 36_500_000
+# Pure Python that only some of a reader's files need: it travels with the book, and is loaded when one is dropped.
+READERS = {"pyuff": UNIVERSAL}
 
 
 class LiveDirective(SphinxDirective):
@@ -114,6 +118,16 @@ def wheel() -> bytes:
     return zipped(entries)
 
 
+def reader(name: str) -> bytes:
+    """A pure Python package as a wheel, from the environment that builds the book: its modules and its licence."""
+    try:
+        listed = distribution(name).files or []
+    except PackageNotFoundError:
+        raise ExtensionError(f"The live pages carry {name}, and it is not installed: pip install 'rbfound[book]'.") from None
+    taken = sorted(path for path in listed if path.suffix == ".py" or path.name in ("METADATA", "WHEEL", "LICENSE"))
+    return zipped((path.as_posix(), path.read_binary()) for path in taken)
+
+
 def data_of(folder: Path, names: Iterable[str]) -> bytes:
     """Some files, and some folders of files, as a zip."""
     paths = [
@@ -137,11 +151,13 @@ def scripts(config: Any) -> Mapping[str, Any]:
         "bytes": download(config.live_pyodide),
         "carried": [path.name for path in own] or None,
         "data": sorted(config.live_data),
+        "readers": READERS,
         "worker": WORKER.read_text(encoding="utf-8"),
         "fronts": fronts,
     }
     data = {f"data-{name}": base64(data_of(data_folder(config), some)) for name, some in config.live_data.items()}
-    return {"about": about, "wheel": base64(wheel()), **data, **{path.name: base64(path.read_bytes()) for path in own}}
+    wheels = {"wheel": base64(wheel()), **{name: base64(reader(name)) for name in READERS}}
+    return {"about": about, **wheels, **data, **{path.name: base64(path.read_bytes()) for path in own}}
 
 
 def pack(app: Sphinx, error: Exception | None) -> None:
