@@ -260,6 +260,9 @@ class Picker {
     this.on(plot, "pointerdown", (e) => this.down(e));
     this.on(plot, "pointermove", (e) => this.move(e));
     for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) this.on(plot, name, (e) => this.up(e));
+    // a finger on a peak, or two of them, have the picture; one on the background goes up and down with the page
+    this.on(plot, "touchmove", (e) => { if (e.cancelable && (this.drag?.pinch || this.drag?.k !== undefined)) e.preventDefault(); },
+      { passive: false });
     this.on(plot, "wheel", (e) => this.wheel(e), { passive: false });
     this.on(plot, "dblclick", (e) => this.twice(e));
     this.on(plot, "keydown", (e) => this.key(e));

@@ -343,10 +343,30 @@ def test_where_python_cannot_be_had_a_sentence_says_so_and_the_picture_stays(bro
     stage.thing("oscillator").locator(".rbfound-live-run").click()
     stage.page.wait_for_selector("#live-oscillator[data-failed]")
     assert "Python could not be started here" in stage.status("oscillator")
-    assert stage.thing("oscillator").locator("img").is_visible()
+    assert stage.thing("oscillator").locator("img:visible").count() == 1
     assert stage.thing("oscillator").get_by_role("button", name="Try again").is_enabled()
     stage.context.close()
     assert stage.troubles == []
+
+
+@pytest.mark.parametrize(("width", "kind"), [(1280, "wide"), (390, "narrow")])
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_the_still_pictures_are_those_of_the_page(
+    browser: Any, address: str, width: int, kind: str, theme: str
+) -> None:
+    context = browser.new_context(viewport={"width": width, "height": 900})
+    context.route("**/*", router())
+    page = context.new_page()
+    page.goto(address)
+    page.evaluate("theme => { document.documentElement.dataset.theme = theme; }", theme)
+    for name in live.THINGS:
+        picture = page.locator(f"#live-{name} img:visible")
+        picture.scroll_into_view_if_needed()
+        page.wait_for_function("image => image.complete && image.naturalWidth", arg=picture.element_handle())
+        assert picture.evaluate("image => image.currentSrc").endswith(f"/{name}-{kind}-{theme}.webp")
+        # its letters are as large as the book's: the picture is not drawn smaller than it is meant to be
+        assert picture.bounding_box()["width"] > (640 if kind == "wide" else 320)
+    context.close()
 
 
 def test_without_javascript_there_are_pictures_with_their_descriptions(browser: Any, address: str) -> None:
@@ -355,8 +375,7 @@ def test_without_javascript_there_are_pictures_with_their_descriptions(browser: 
     page = context.new_page()
     page.goto(address)
     for name in live.THINGS:
-        picture = page.locator(f"#live-{name} img")
-        assert picture.is_visible()
+        picture = page.locator(f"#live-{name} img:visible")
         assert len(picture.get_attribute("alt")) > 80
         assert "JavaScript is off" in page.locator(f"#live-{name}").inner_text()
     assert page.locator(".rbfound-live-run").count() == 0

@@ -14,9 +14,11 @@ import json
 import zipfile
 from base64 import b64encode
 from collections.abc import Iterable, Mapping
+from functools import cache
 from html import escape
 from importlib.metadata import PackageNotFoundError, distribution
 from importlib.resources import files
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -51,16 +53,37 @@ class LiveDirective(SphinxDirective):
         if name not in live.THINGS:
             raise self.error(f"There is nothing named {name!r} to play with: there are {', '.join(live.THINGS)}.")
         self.env.metadata[self.env.docname]["live"] = True
-        picture, text = stills.still(name, live.start(name, data_folder(self.config)))
+        text = stills.words(started(name, data_folder(self.config)))
         size = download(self.config.live_pyodide) / 1e6
         where = "with this book" if is_folder(self.config.live_pyodide) else "once, then your browser keeps it"
         html = (
             f'<figure class="rbfound-live" id="live-{name}" data-live="{name}" data-front="{live.front(name)}">'
-            f'<img class="rbfound-live-still" alt="{escape(text)}" src="data:image/webp;base64,{base64(picture)}">'
+            f'<div class="rbfound-live-still">{pictures(name, text, "../" * self.env.docname.count("/"))}</div>'
             f'<figcaption class="rbfound-live-bar"><span>Python comes into the page for it: {size:.0f} MB, {where}.'
             "<noscript> JavaScript is off here, so the picture stands still.</noscript></span></figcaption></figure>"
         )
         return [nodes.raw("", html, format="html")]
+
+
+@cache
+def started(name: str, folder: Path) -> live.Live:
+    """A thing as it begins."""
+    return live.start(name, folder)
+
+
+def still_file(name: str, width: str, theme: str) -> str:
+    """Where a still picture lies in the book."""
+    return f"_static/live/{name}-{width}-{theme}.webp"
+
+
+def pictures(name: str, text: str, root: str) -> str:
+    """A still picture for each theme, with another one for narrow pages; the theme shows one of them."""
+    out = ""
+    for theme, kind in (("light", "only-light"), ("dark", "only-dark")):
+        wide, narrow = (root + still_file(name, width, theme) for width in ("wide", "narrow"))
+        out += f'<picture><source media="(max-width: 599px)" srcset="{narrow}">'
+        out += f'<img class="{kind}" loading="lazy" alt="{escape(text)}" src="{wide}"></picture>'
+    return out
 
 
 def base64(data: bytes) -> str:
@@ -123,7 +146,7 @@ def reader(name: str) -> bytes:
     try:
         listed = distribution(name).files or []
     except PackageNotFoundError:
-        raise ExtensionError(f"The live pages carry {name}, and it is not installed: pip install 'rbfound[book]'.") from None
+        raise ExtensionError(f"The live pages carry {name}, which is not here: pip install 'rbfound[book]'.") from None
     taken = sorted(path for path in listed if path.suffix == ".py" or path.name in ("METADATA", "WHEEL", "LICENSE"))
     return zipped((path.as_posix(), path.read_binary()) for path in taken)
 
@@ -161,7 +184,7 @@ def scripts(config: Any) -> Mapping[str, Any]:
 
 
 def pack(app: Sphinx, error: Exception | None) -> None:
-    """Sphinx's hook at the end of a build: write the scripts."""
+    """Sphinx's hook at the end of a build: write the scripts and the still pictures."""
     if error or app.builder.format != "html":
         return
     folder = Path(app.outdir) / "_static" / "live"
@@ -170,6 +193,10 @@ def pack(app: Sphinx, error: Exception | None) -> None:
         text = json.dumps(value, ensure_ascii=True)
         script = f"((globalThis.RBFOUND ??= {{}}).files ??= {{}})[{json.dumps(name)}] = {text};\n"
         (folder / f"{name}.js").write_text(script, encoding="ascii")
+    for name in live.THINGS:
+        thing = started(name, data_folder(app.config))
+        for width, theme in product(stills.WIDTHS, stills.THEMES):
+            (Path(app.outdir) / still_file(name, width, theme)).write_bytes(stills.still(thing, width, theme))
 
 
 def add_scripts(app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: Any) -> None:
