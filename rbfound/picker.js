@@ -1,14 +1,15 @@
 // The peak picker: FRFs on a canvas, peaks that can be moved, and what follows from them. No library, no network.
 //
 // Its host computes. It is spoken to through model.get, model.set, model.save_changes and model.on("change:name"), as
-// anywidget gives them; any page that supplies these four can be the host. The host gives `scene` and `data` once, takes
-// `peaks`, `method` and `stamp`, and answers with `result` (which bears the stamp) and `curves`: see rbfound/frontend.py.
+// anywidget gives them; any page that supplies these four can be the host. One that has model.send too is sent what has
+// changed as a message. The host gives `scene` and `data` once, takes `peaks`, `method` and `stamp`, and answers with
+// `result` (which bears the stamp) and `curves`: see rbfound/frontend.py.
 
 const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3], [4, 2], [12, 4]];
 const NEAR = { mouse: 9, touch: 22, pen: 14 };
 const WIDE = { left: 62, right: 14, lane: 46, gap: 12, foot: 34, comb: 62 };
 const SUPER = "⁰¹²³⁴⁵⁶⁷⁸⁹";
-const PATIENCE = 4000;
+const PATIENCE = 4000, AHEAD = 2;
 
 const bound = (x, low, high) => Math.min(Math.max(x, low), high);
 const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
@@ -134,7 +135,7 @@ class Picker {
     this.pointers = new Map();
     this.handles = [];
     this.cleanups = [];
-    this.busy = 0;
+    this.asking = new Map();
     this.build(el);
     this.listen();
     this.received();
@@ -311,15 +312,24 @@ class Picker {
   }
 
   // ---- the host ----
+  // A few questions may be on their way, so that the host need not wait for the picture; of those that would be more,
+  // the latest counts. A notebook lets one change of a model through at a time, but messages at once.
   send() {
-    if (this.busy) { this.again = true; return; }
+    if (this.asking.size >= (this.model.send ? AHEAD : 1)) { this.again = true; return; }
     this.again = false;
-    this.busy = Math.ceil(Math.random() * 1e9);
-    this.sent = this.moved ?? performance.now();
-    this.model.set("peaks", this.peaks.map((p) => ({ ...p })));
-    this.model.set("method", this.method);
-    this.model.set("stamp", this.busy);
-    this.model.save_changes();
+    const stamp = Math.ceil(Math.random() * 1e9);
+    const asked = { peaks: this.peaks.map((p) => ({ ...p })), method: this.method, stamp };
+    this.asking.set(stamp, this.moved ?? performance.now());
+    for (const [name, value] of Object.entries(asked)) this.model.set(name, value);
+    clearTimeout(this.timer);
+    try {
+      if (this.model.send) this.model.send(asked); else this.model.save_changes();
+    } catch {
+      // a notebook that was made a page, or one whose kernel is gone
+      this.asking.clear();
+      this.say("No Python runs behind this picture: what is shown belongs to the peaks as they were before.", "stale");
+      return;
+    }
     this.timer = setTimeout(() => this.waiting(), 300);
   }
   waiting() {
@@ -327,17 +337,19 @@ class Picker {
     this.say(this.method === "identify" ? "Fitting all modes…" : "Computing…", "wait");
     this.timer = setTimeout(() => {
       this.say("Python has not answered: what is shown belongs to the peaks as they were before.", "stale");
-      this.busy = 0;
+      this.asking.clear();
     }, this.method === "identify" ? 10 * PATIENCE : PATIENCE);
   }
   received() {
     const result = this.model.get("result");
     if (!result || !Object.keys(result).length) return;
-    if (result.stamp === this.busy) {
-      this.busy = 0;
-      this.asked = this.sent;
-      clearTimeout(this.timer);
+    this.asked = this.asking.get(result.stamp);
+    // answers come in order: one that was skipped does not come any more
+    for (const stamp of this.asked === undefined ? [] : [...this.asking.keys()]) {
+      this.asking.delete(stamp);
+      if (stamp === result.stamp) break;
     }
+    if (!this.asking.size) clearTimeout(this.timer);
     this.root.removeAttribute("aria-busy");
     this.result = result;
     if (!result.message) {
@@ -359,7 +371,7 @@ class Picker {
   // The host has other peaks or another method than this view.
   told() {
     const peaks = this.model.get("peaks") ?? [], method = this.model.get("method");
-    if (this.drag || this.busy || (same(peaks, this.peaks) && method === this.method)) return;
+    if (this.drag || this.asking.size || (same(peaks, this.peaks) && method === this.method)) return;
     [this.peaks, this.method] = [peaks.map((p) => ({ ...p })), method];
     this.methodChoice.value = method;
     this.selected = bound(this.selected, 0, Math.max(peaks.length - 1, 0));
@@ -884,13 +896,11 @@ class Picker {
     // for those who measure: from the move to its line, and from the move that was asked about to what follows from it
     if (this.lineMoved) this.announce("rbfound-moved", this.lineMoved);
     this.lineMoved = undefined;
-    if (this.fresh) {
-      this.fresh = false;
-      this.announce("rbfound-drawn", this.asked);
-    }
+    if (this.fresh) this.announce("rbfound-drawn", this.asked);
+    this.fresh = false;
   }
   announce(name, since) {
-    const detail = { latency: performance.now() - since, result: this.result };
+    const detail = { latency: since === undefined ? null : performance.now() - since, result: this.result };
     this.root.dispatchEvent(new CustomEvent(name, { bubbles: true, detail }));
   }
   fitCanvas(width) {
@@ -1121,7 +1131,9 @@ class Picker {
     const text = `${number(w.high - w.low, 3)} Hz wide, ζ ${number(100 * w.damping, 3)} %`;
     const wide = context.measureText(text).width, { left, right } = this.box;
     const fits = b + 12 + wide < right;
-    const x = fits ? b + 12 : Math.max(a - 12, left + wide + 4), at = bound(y, upper[0] + 26, upper[1] - 10);
+    const x = fits ? b + 12 : Math.max(a - 12, left + wide + 4), end = fits ? x + wide : x;
+    // below the panel's name, and below the buttons where it would come to lie under them
+    const at = bound(y, upper[0] + (end > right - 120 ? 50 : 26), upper[1] - 10);
     context.fillStyle = this.ink("paper");
     context.globalAlpha = 0.85;
     context.fillRect((fits ? x : x - wide) - 4, at - 9, wide + 8, 18);
@@ -1226,7 +1238,7 @@ class Picker {
   }
 }
 
-export function render({ model, el }) {
+function render({ model, el }) {
   const picker = new Picker(model, el);
   return () => picker.remove();
 }

@@ -390,6 +390,33 @@ def test_a_host_that_does_not_answer_is_said(browser: Any, bench: Bench, tmp_pat
     stage.context.close()
 
 
+def test_where_no_python_runs_a_line_can_be_moved_and_it_is_said(stage: Stage) -> None:
+    stage.page.evaluate("() => { model.send = () => { throw new TypeError('comm.send is not a function'); }; }")
+    before = stage.handles.nth(0).get_attribute("aria-valuenow")
+    stage.handles.nth(0).focus()
+    stage.page.keyboard.press("PageUp")
+    stage.page.wait_for_timeout(100)
+    assert float(stage.handles.nth(0).get_attribute("aria-valuenow")) == pytest.approx(float(before) + 5, abs=0.011)
+    assert "No Python runs behind this picture" in stage.page.get_by_role("status").text_content()
+    assert stage.page.locator(".rbp-side.is-stale").count() == 2
+
+
+def test_of_a_host_that_takes_messages_two_are_asked_at_once_and_then_the_latest(stage: Stage) -> None:
+    stage.page.evaluate("() => { window.sent = []; model.send = (asked) => window.sent.push(asked); }")
+    stage.handles.nth(0).focus()
+    for _ in range(5):
+        stage.page.keyboard.press("ArrowRight")
+    first = stage.page.evaluate("sent.map(asked => asked.peaks[0].frequency)")
+    assert np.diff(first) == pytest.approx([0.5])
+    result = stage.result()
+    stage.page.evaluate("told => model.set('result', {...told, stamp: sent[1].stamp})", result)
+    last = stage.page.evaluate("sent.map(asked => asked.peaks[0].frequency)")
+    # the answer to the second tells that none to the first will come
+    assert last == [*first, pytest.approx(first[0] + 2.0)]
+    stage.page.evaluate("told => model.set('result', {...told, stamp: sent[2].stamp})", result)
+    assert stage.page.evaluate("picker.asking.size") == 0
+
+
 @pytest.fixture
 def phone(browser: Any, bench: Bench, tmp_path: Path) -> Iterator[Stage]:
     screen = {"viewport": {"width": 390, "height": 844}, "device_scale_factor": 2}
