@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import io as scipy_io
 from test_files import FREQUENCY, Harmful, foundation
-from universal import universal
+from written import table, universal
 
 import rbfound as rb
 from rbfound import arrays
@@ -195,13 +195,7 @@ def test_missing_frfs_are_filled_by_reciprocity_only_when_asked_and_said(tmp_pat
 
 
 def test_a_table_with_all_pairs_in_one_file_is_read(tmp_path):
-    pairs = [(i, j) for i in range(4) for j in range(4)]
-    heading = ",".join(
-        ["Frequency [Hz]", *(f"{LABELS[i]} from {LABELS[j]} {p} [m/N]" for i, j in pairs for p in ("re", "im"))]
-    )
-    data = np.column_stack([LINES, *(part for i, j in pairs for part in (FRFS.H[:, i, j].real, FRFS.H[:, i, j].imag))])
-    path = tmp_path / "all.csv"
-    np.savetxt(path, data, delimiter=",", header=heading, comments="", fmt="%.16e")
+    path = table(tmp_path / "all.csv", FRFS)
     np.testing.assert_array_equal(rb.load_frf(path).H, FRFS.H)
     path.write_text(path.read_text().replace("x1 from x1", "somewhere"))
     assert "does not say of which seats" in error_of(path)

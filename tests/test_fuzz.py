@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from test_command import MACHINE
 from test_files import foundation
 from test_formats import FRFS
-from universal import universal
+from written import universal
 
 import rbfound as rb
 from rbfound.machinefile import load_machine

@@ -1,12 +1,23 @@
-"""A writer of Universal Files for the tests, through pyuff."""
+"""Files that others export, written for the tests: Universal Files through pyuff, and tables."""
 
 import warnings
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import rbfound as rb
+
+
+def table(path: Path, frf: rb.FRF) -> Path:
+    """All FRFs in one table, to the last digit."""
+    pairs = [(response, force) for response in frf.labels for force in frf.labels]
+    names = [f"{response} from {force} {part} [m/N]" for response, force in pairs for part in ("re", "im")]
+    parts = frf.H.reshape(len(frf.frequency), -1).view(float)
+    heading = ",".join(["Frequency [Hz]", *names])
+    np.savetxt(path, np.column_stack([frf.frequency, parts]), delimiter=",", header=heading, comments="", fmt="%.16e")
+    return path
 
 
 def universal(
