@@ -185,14 +185,19 @@ def test_switches_and_choices_work_too(stage: Stage) -> None:
         same(figures(stage.held(name, "result")), figures(expected))
 
 
-def test_a_peak_moved_by_mouse_and_by_keys_gives_the_phi_and_the_frequencies_of_cpython(stage: Stage) -> None:
-    before = stage.held("peak_picker", "peaks")
-    handle = stage.thing("peak_picker").locator(".rbp-handle").nth(0)
-    handle.scroll_into_view_if_needed()
-    box = handle.bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+def pressed(stage: Stage, place: Any, part: float = 0.5) -> tuple[float, float]:
+    """Where the mouse is, once it has been pressed on a place, at a part of its width."""
+    place.scroll_into_view_if_needed()
+    box = place.bounding_box()
+    x, y = box["x"] + part * box["width"], box["y"] + box["height"] / 2
     stage.page.mouse.move(x, y)
     stage.page.mouse.down()
+    return x, y
+
+
+def test_a_peak_moved_by_mouse_and_by_keys_gives_the_phi_and_the_frequencies_of_cpython(stage: Stage) -> None:
+    before = stage.held("peak_picker", "peaks")
+    x, y = pressed(stage, stage.thing("peak_picker").locator(".rbp-handle").nth(0))
     for k in range(1, 15):
         stage.page.mouse.move(x + 4 * k, y)
     stage.page.mouse.up()
@@ -216,14 +221,11 @@ def crowd() -> float:
 
 def latencies(stage: Stage, name: str) -> list[float]:
     slider = stage.thing(name).locator("input[type=range]").first
-    slider.scroll_into_view_if_needed()
-    box = slider.bounding_box()
-    y = box["y"] + box["height"] / 2
-    stage.page.mouse.move(box["x"] + 0.4 * box["width"], y)
-    stage.page.mouse.down()
+    x, y = pressed(stage, slider, 0.4)
+    wide = slider.bounding_box()["width"]
     stage.page.evaluate("window.latencies.length = 0")
     for k in range(40):
-        stage.page.mouse.move(box["x"] + (0.4 + 0.005 * k) * box["width"], y)
+        stage.page.mouse.move(x + 0.005 * k * wide, y)
         stage.page.wait_for_timeout(16)
     stage.page.mouse.up()
     stage.settle(name)
@@ -241,12 +243,7 @@ def test_curves_follow_the_pointer(stage: Stage, name: str, promise: float) -> N
 def test_a_peak_is_drawn_with_the_next_frame_and_what_follows_from_it_within_a_tenth_of_a_second(stage: Stage) -> None:
     whole, line = [], []
     for k in range(3):
-        handle = stage.thing("peak_picker").locator(".rbp-handle").nth(1)
-        handle.scroll_into_view_if_needed()
-        box = handle.bounding_box()
-        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        stage.page.mouse.move(x, y)
-        stage.page.mouse.down()
+        x, y = pressed(stage, stage.thing("peak_picker").locator(".rbp-handle").nth(1))
         stage.page.evaluate("window.latencies.length = window.moved.length = 0")
         for step in range(40):
             stage.page.mouse.move(x + (-1) ** k * step, y)

@@ -82,7 +82,7 @@ def pictures(name: str, text: str, root: str) -> str:
     for theme, kind in (("light", "only-light"), ("dark", "only-dark")):
         wide, narrow = (root + still_file(name, width, theme) for width in ("wide", "narrow"))
         out += f'<picture><source media="(max-width: 599px)" srcset="{narrow}">'
-        out += f'<img class="{kind}" loading="lazy" alt="{escape(text)}" src="{wide}"></picture>'
+        out += f'<img class="{kind}" alt="{escape(text)}" src="{wide}"></picture>'
     return out
 
 
