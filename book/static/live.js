@@ -201,7 +201,7 @@
         heard(1, "Computing");
         await this.show(await this.python.ask("start", { key: this.key, name: this.name, data }));
         const seconds = ((performance.now() - started) / 1000).toFixed(1);
-        this.say(`Running in this page: ${this.python.versions}. Ready after ${seconds} s.`);
+        this.say(`Running in this page: ${this.python.versions}. Ready after ${seconds}\u00a0s.`);
         this.root.dataset.ready = seconds;
         // the button is gone: whoever came to it by keys goes on from here
         if (document.activeElement === document.body) {
