@@ -57,8 +57,9 @@ data: $(VENV)/book.stamp ## compute the foundation's FRFs in data/ again from it
 crosscheck: $(VENV)/book.stamp ## solve the solid foundation with CalculiX too (needs ccx) and compare
 	$(BIN)/python tools/crosscheck.py
 
-bench: benchmarks/.venv/bench.stamp ## compare errors and CPU time with the peers, each at its pinned version
+bench: benchmarks/.venv/bench.stamp benchmarks/.venv-ross/bench.stamp ## compare errors and CPU time with the peers, each at its pinned version
 	benchmarks/.venv/bin/python benchmarks/identification.py
+	benchmarks/.venv-ross/bin/python benchmarks/rotor.py
 
 study: $(VENV)/book.stamp ## identify two hundred noisy measurements: errors, and how often the error bars hold (15 minutes)
 	$(BIN)/python tools/study.py
@@ -98,7 +99,7 @@ clean: ## remove what was built; keep the environment
 	rm -rf _build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
 
 distclean: clean ## remove the environment too
-	rm -rf $(VENV) benchmarks/.venv
+	rm -rf $(VENV) benchmarks/.venv benchmarks/.venv-ross
 
 $(VENV)/venv.stamp:
 	@command -v $(PYTHON) >/dev/null || { \
@@ -130,4 +131,11 @@ benchmarks/.venv/bench.stamp: benchmarks/requirements.txt pyproject.toml
 	$(PYTHON) -m venv --clear benchmarks/.venv
 	benchmarks/.venv/bin/pip install --quiet --quiet --no-deps --requirement benchmarks/requirements.txt
 	benchmarks/.venv/bin/pip install --quiet --quiet --no-deps --editable .
+	@touch $@
+
+benchmarks/.venv-ross/bench.stamp: benchmarks/requirements-ross.txt pyproject.toml
+	@echo "Installing ROSS into benchmarks/.venv-ross: some minutes, and about 1.2 GB."
+	$(PYTHON) -m venv --clear benchmarks/.venv-ross
+	benchmarks/.venv-ross/bin/pip install --quiet --quiet --no-deps --requirement benchmarks/requirements-ross.txt
+	benchmarks/.venv-ross/bin/pip install --quiet --quiet --no-deps --editable .
 	@touch $@

@@ -208,11 +208,18 @@ class Chain:
         a11, a12, a22 = self.inner[which].T[:, :, None]
         b11, b12, b21, b22 = self.outer[which].T[:, :, None]
         w, s = x[:, :, 0], x[:, :, 1]
-        out = np.stack([a11 * w + a12 * s, a12 * w + a22 * s], axis=2)
-        out[:, :-1, 0] += b11 * w[:, 1:] + b12 * s[:, 1:]
-        out[:, :-1, 1] += b21 * w[:, 1:] + b22 * s[:, 1:]
-        out[:, 1:, 0] += b11 * w[:, :-1] + b21 * s[:, :-1]
-        out[:, 1:, 1] += b12 * w[:, :-1] + b22 * s[:, :-1]
+        out, part = np.empty_like(x), np.empty_like(w)
+        # in place: asking for memory costs more than the arithmetic
+        for row, (a, b) in enumerate(((a11, a12), (a12, a22))):
+            np.multiply(a, w, out=out[:, :, row])
+            out[:, :, row] += np.multiply(b, s, out=part)
+        part = part[:, 1:]
+        for row, (a, b) in enumerate(((b11, b12), (b21, b22))):
+            out[:, :-1, row] += np.multiply(a, w[:, 1:], out=part)
+            out[:, :-1, row] += np.multiply(b, s[:, 1:], out=part)
+        for row, (a, b) in enumerate(((b11, b21), (b12, b22))):
+            out[:, 1:, row] += np.multiply(a, w[:, :-1], out=part)
+            out[:, 1:, row] += np.multiply(b, s[:, :-1], out=part)
         return out
 
     def _tied(self, poles: Complex, speeds: Array) -> Complex:
