@@ -122,6 +122,8 @@ def _plane_basis(chain: Chain, size: int) -> Array:
             new /= np.sqrt(np.einsum("ij,ij->j", new, _times(chain, 0, new)))
         squared, turn = linalg.eigh(new.T @ _times(chain, 0, new))
         new = new @ turn[:, squared > 1e-12] / np.sqrt(squared[squared > 1e-12])
+        if not new.shape[1]:
+            break
         basis = np.hstack([basis, new])
         force = _times(chain, 0, new)
     return basis[:, :size]
@@ -179,7 +181,10 @@ def contours(poles: Complex, wanted: Complex) -> tuple[Complex, Array, Array]:
         if (gone >= 2 * (height + width)).all():
             return np.array(points).T, height, width
         apart = points[-1][:, None] - poles
-        gone = gone + 1.5 / np.maximum(np.abs((1 / apart).sum(axis=1)), 1.2 / np.abs(apart).min(axis=1))
+        apart[apart == 0] = height.min() * np.finfo(float).eps
+        # at a pole the way would end: what is too quick to be followed there is seen by `complete`
+        turning = np.maximum(np.abs((1 / apart).sum(axis=1)), 1.2 / np.abs(apart).min(axis=1))
+        gone = gone + np.maximum(1.5 / turning, 1e-3 * (height + width))
         gone = np.minimum(gone, 2 * (height + width))
 
 
