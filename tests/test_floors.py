@@ -71,6 +71,7 @@ FLOORS = {
     "revolved": 5,
     "uncertainty": 6,
     "steps": 4,
+    "sweeps": 5,
     "thesis": 5,
     "transmitted": 5,
     "whirl": 5,
@@ -118,6 +119,7 @@ EXTRAS = {
     "anywidget": {"widgets"},
     "IPython": {"widgets"},
     "traitlets": {"widgets"},
+    "pyarrow": {"sweeps"},
     "pyuff": {"uff"},
     "ross": {"rossbearing"},
 }
@@ -207,6 +209,7 @@ def test_importing_rbfound_loads_no_extra():
         "anywidget",
         "IPython",
         "jupyterlab",
+        "pyarrow",
         "pyuff",
     }
 
