@@ -59,6 +59,9 @@ crosscheck: $(VENV)/book.stamp ## solve the solid foundation with CalculiX too (
 
 bench: benchmarks/.venv/bench.stamp ## compare errors and CPU time with the peers, each at its pinned version
 	benchmarks/.venv/bin/python benchmarks/identification.py
+	benchmarks/.venv/bin/python benchmarks/startup.py
+	benchmarks/.venv/bin/python benchmarks/sweep.py
+	benchmarks/.venv/bin/python benchmarks/solid.py
 
 study: $(VENV)/book.stamp ## identify two hundred noisy measurements: errors, and how often the error bars hold (15 minutes)
 	$(BIN)/python tools/study.py
