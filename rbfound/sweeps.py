@@ -10,7 +10,6 @@ stack, so that memory stays as it is and what is finished survives a kill. Needs
 import hashlib
 import json
 import os
-import shutil
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
@@ -179,9 +178,6 @@ def sweep(
         raise ValueError(f"chunk = {chunk}: a part needs at least one machine.")
     folder = Path(folder)
     _claim(folder, {**_told(study), "chunk": chunk})
-    # what a kill left half written
-    for left in folder.glob(".part-*"):
-        shutil.rmtree(left, ignore_errors=True)
     reduced, G = _reduced_rotor(study)
     each = len(study) // len(study.foundations)
     parts: list[_Part] = []
