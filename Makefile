@@ -61,6 +61,9 @@ crosscheck: $(VENV)/book.stamp $(VENV)/ross.stamp $(VENV)/nastran.stamp ## compa
 bench: benchmarks/.venv/bench.stamp benchmarks/.venv-ross/bench.stamp ## compare errors and CPU time with the peers, each at its pinned version
 	benchmarks/.venv/bin/python benchmarks/identification.py
 	benchmarks/.venv-ross/bin/python benchmarks/rotor.py
+	benchmarks/.venv/bin/python benchmarks/startup.py
+	benchmarks/.venv/bin/python benchmarks/sweep.py
+	benchmarks/.venv/bin/python benchmarks/solid.py
 
 study: $(VENV)/book.stamp ## identify two hundred noisy measurements: errors, and how often the error bars hold (15 minutes)
 	$(BIN)/python tools/study.py

@@ -74,6 +74,7 @@ FLOORS = {
     "revolved": 5,
     "uncertainty": 6,
     "steps": 4,
+    "sweeps": 5,
     "thesis": 5,
     "transmitted": 5,
     "whirl": 5,
@@ -121,6 +122,7 @@ EXTRAS = {
     "anywidget": {"widgets"},
     "IPython": {"widgets"},
     "traitlets": {"widgets"},
+    "pyarrow": {"sweeps"},
     "pyuff": {"uff"},
     "ross": {"rossbearing"},
 }
@@ -133,6 +135,12 @@ MODULES = sorted(path.stem for path in PACKAGE.glob("*.py") if path.stem != "__i
 
 def tree_of(module):
     return ast.parse((PACKAGE / f"{module}.py").read_text(encoding="utf-8"))
+
+
+def stub_imports():
+    """(module, public name) of each import of `__init__.pyi`."""
+    tree = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
+    return [(node.module, alias.name) for node in tree.body if isinstance(node, ast.ImportFrom) for alias in node.names]
 
 
 def imports_of(tree):
@@ -171,13 +179,14 @@ def test_imports_stand_at_the_top_of_a_module(module):
     doors = DOORS.get(module, set())
     inside = [node.lineno for name, node in imports_of(tree) if id(node) not in top and name not in doors]
     assert not inside, f"{module}.py imports inside a function or a branch on lines {inside}"
+    # of what it offers, the package itself imports by name what is asked for, and nothing else does
     calls = [
         node.lineno
         for node in ast.walk(tree)
         if isinstance(node, ast.Name | ast.Attribute)
         and (getattr(node, "id", None) or getattr(node, "attr", None)) in ("__import__", "import_module")
     ]
-    assert not calls, f"{module}.py imports by name on lines {calls}"
+    assert not calls or module == "__init__", f"{module}.py imports by name on lines {calls}"
 
 
 @pytest.mark.parametrize("module", [*MODULES, "__init__"])
@@ -188,16 +197,40 @@ def test_only_the_module_of_an_extra_imports_it(module):
         assert package in allowed or package in sys.stdlib_module_names, f"{module}.py, line {node.lineno}: {name}"
 
 
-def test_init_imports_no_module_of_an_extra():
+def test_no_public_name_comes_from_a_module_of_an_extra():
     users = set().union(*EXTRAS.values())
-    names = {name.split(".")[1] for name, _ in imports_of(tree_of("__init__")) if name.startswith("rbfound.")}
-    assert names
-    assert not names & users
+    homes = {module.partition(".")[2] or name for module, name in stub_imports()}
+    assert homes
+    assert not homes & users
 
 
-def test_importing_rbfound_loads_no_extra():
+def test_importing_rbfound_loads_neither_numpy_nor_a_module_of_its_own():
+    code = "import json, sys, rbfound; print(json.dumps(sorted(sys.modules)))"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = json.loads(run.stdout)
+    assert "rbfound" in loaded
+    assert not [name for name in loaded if name.startswith(("rbfound.", "numpy", "scipy"))]
+
+
+def test_names_are_those_of_the_stub_from_the_modules_that_it_says():
+    for module, name in stub_imports():
+        thing = getattr(rbfound, name)
+        home = sys.modules[f"rbfound.{name}" if module == "rbfound" else module]
+        assert thing is (home if module == "rbfound" else getattr(home, name)), name
+    assert sorted(name for _, name in stub_imports()) == sorted(rbfound.__all__)
+    assert set(rbfound.__all__) <= set(dir(rbfound))
+
+
+def test_a_name_that_is_not_there_is_an_attribute_error_and_an_import_error():
+    with pytest.raises(AttributeError, match=r"module 'rbfound' has no attribute 'campbel'"):
+        _ = rbfound.campbel
+    with pytest.raises(ImportError, match="campbel"):
+        exec("from rbfound import campbel", {})
+
+
+def test_importing_all_names_of_rbfound_loads_no_extra():
     # in a fresh interpreter: this one may have loaded anything
-    code = "import json, sys, rbfound; print(json.dumps(sorted({m.split('.')[0] for m in sys.modules})))"
+    code = "import json, sys; from rbfound import *; print(json.dumps(sorted({m.split('.')[0] for m in sys.modules})))"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     loaded = set(json.loads(run.stdout))
     assert run.stderr == ""
@@ -210,21 +243,15 @@ def test_importing_rbfound_loads_no_extra():
         "anywidget",
         "IPython",
         "jupyterlab",
+        "pyarrow",
         "pyuff",
     }
 
 
-def test_all_names_exist_and_are_sorted_and_everything_public_is_among_them():
+def test_all_names_exist_and_are_there_once():
     names = rbfound.__all__
     assert len(set(names)) == len(names)
     assert all(hasattr(rbfound, name) for name in names)
-    imported = {
-        alias.asname or alias.name
-        for node in tree_of("__init__").body
-        if isinstance(node, ast.ImportFrom)
-        for alias in node.names
-    }
-    assert imported == set(names)
 
 
 def test_no_module_bears_the_name_of_a_public_function():
