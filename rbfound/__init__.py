@@ -1,6 +1,6 @@
 """Rotors on flexible foundations: from measured frequency response functions to the machine that stands on them."""
 
-from rbfound import sdof, thesis
+from rbfound import averaging, rig, sdof, thesis
 from rbfound.balance import permissible_unbalance
 from rbfound.checking import Report, check
 from rbfound.circle import CircleFit, circle_fit, modal_constants
@@ -59,6 +59,7 @@ __all__ = [
     "Stabilisation",
     "System",
     "antiresonances",
+    "averaging",
     "bound",
     "campbell",
     "campbell_bars",
@@ -104,6 +105,7 @@ __all__ = [
     "rational_fraction",
     "relative_error",
     "residue_shapes",
+    "rig",
     "rigid_rotor",
     "rpm",
     "save_foundation",

@@ -231,8 +231,8 @@ def _again(
     """Poles of the machine on the foundation of one more measurement, each the nearest to one of the given."""
     clean = fit.foundation().frf(frequency)
     error = np.random.default_rng(seed).standard_normal((*clean.H.shape, 2)) @ [1, 1j] / np.sqrt(2)
-    size = np.abs(clean.H) if fit.relative else 1.0
+    size = np.abs(clean.H) if fit.relative else 1.0 if fit.errors is None else fit.errors
     noisy = FRF(clean.frequency, clean.H + fit.noise * size * error, clean.labels)
-    foundation = fit_modes(noisy, band=fit.band, relative=fit.relative).foundation()
+    foundation = fit_modes(noisy, band=fit.band, relative=fit.relative, errors=fit.errors).foundation()
     found = mount(rotor, bearings, on=foundation).at(speed).modes().poles
     return np.asarray(found[np.abs(poles[:, None] - found).argmin(axis=1)])
