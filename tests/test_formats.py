@@ -338,3 +338,13 @@ def test_a_universal_file_that_contradicts_itself_or_points_along_z_is_refused(t
     assert "in direction 3: seats move along X (1) and Y (2)" in error_of(tmp_path / "b.uff")
     (tmp_path / "c.uff").write_text("    -1\n   151\nnothing\n    -1\n")
     assert "c.uff" in error_of(tmp_path / "c.uff")
+
+
+# --- the table of formats in the book ---
+
+
+def test_every_test_that_the_chapters_table_of_formats_names_is_here(request):
+    chapter = request.config.rootpath / "notebooks" / "27_your_own_machine.ipynb"
+    named = re.findall(r"`(test_[a-z0-9_]+)`", chapter.read_text(encoding="utf-8"))
+    assert len(named) >= 15
+    assert set(named) <= set(globals())
