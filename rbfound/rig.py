@@ -96,6 +96,7 @@ def hammer(
     ValueError
         For a mode without damping, a gain of a seat that is not there, or a setting that is not positive.
     """
+    sensors = sensors or Sensors()
     samples = _samples(rate, block, averages, width=width, peak=peak)
     rng = np.random.default_rng(seed)
     slowest = _slowest(foundation)
@@ -105,7 +106,7 @@ def hammer(
     F = peak * width / 2 * rate * pulse * _closing(f, rate) * np.exp(-1j * radians(f) * (REST / rate + width / 2))
     strength = 1 + SCATTER * rng.standard_normal((len(foundation.labels), averages, 1))
     force = np.fft.irfft(F, length)[:samples] * np.abs(strength)
-    one = np.fft.irfft(np.moveaxis(_accelerance(foundation, f, sensors or Sensors()), 0, -1) * F, length)[..., :samples]
+    one = np.fft.irfft(np.moveaxis(_accelerance(foundation, f, sensors), 0, -1) * F, length)[..., :samples]
     return _sensed(foundation, sensors, rate, force, one[:, :, None] * np.abs(strength), rng)
 
 
@@ -139,6 +140,7 @@ def shaker(
     ValueError
         As `hammer`, and for another kind.
     """
+    sensors = sensors or Sensors()
     samples = _samples(rate, block, averages, rms=rms, burst=burst)
     if kind not in KINDS:
         raise ValueError(f"kind is {kind!r}: a shaker can be {', '.join(KINDS)}.")
@@ -152,7 +154,7 @@ def shaker(
         raw *= (within >= REST) & (within < REST + burst * samples)
     f = np.asarray(np.fft.rfftfreq(length, 1 / rate), dtype=float)
     F = np.fft.rfft(raw) * _closing(f, rate)
-    A = np.moveaxis(_accelerance(foundation, f, sensors or Sensors()), 0, -1)
+    A = np.moveaxis(_accelerance(foundation, f, sensors), 0, -1)
     force, response = (np.fft.irfft(part, length) for part in (F, A[:, :, None] * F))
     shape = (averages, samples)
     return _sensed(foundation, sensors, rate, force.reshape(seats, *shape), response.reshape(seats, seats, *shape), rng)
@@ -270,14 +272,14 @@ def _loaded(H: Complex, omega: Array, labels: tuple[str, ...], mass: float, rovi
 
 def _sensed(
     foundation: Foundation,
-    sensors: Sensors | None,
+    sensors: Sensors,
     rate: float,
     force: Array,
     response: Array,
     rng: np.random.Generator,
 ) -> Blocks:
     """What the channels show: gains, then noise."""
-    sensors, labels = sensors or Sensors(), foundation.labels
+    labels = foundation.labels
     unknown = [seat for seat in sensors.gain if seat not in labels]
     if unknown:
         raise ValueError(f"gain has {unknown[0]!r}: the seats are {', '.join(labels)}.")
