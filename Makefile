@@ -58,8 +58,9 @@ crosscheck: $(VENV)/book.stamp $(VENV)/ross.stamp $(VENV)/nastran.stamp ## compa
 	$(BIN)/python tools/crosscheck_exports.py $(VENV)/ross/bin/python $(VENV)/nastran/bin/python
 	$(BIN)/python tools/crosscheck.py
 
-bench: benchmarks/.venv/bench.stamp ## compare errors and CPU time with the peers, each at its pinned version
+bench: benchmarks/.venv/bench.stamp benchmarks/.venv-ross/bench.stamp ## compare errors and CPU time with the peers, each at its pinned version
 	benchmarks/.venv/bin/python benchmarks/identification.py
+	benchmarks/.venv-ross/bin/python benchmarks/rotor.py
 
 study: $(VENV)/book.stamp ## identify two hundred noisy measurements: errors, and how often the error bars hold (15 minutes)
 	$(BIN)/python tools/study.py
@@ -102,7 +103,7 @@ clean: ## remove what was built; keep the environment
 	rm -rf _build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
 
 distclean: clean ## remove the environment too
-	rm -rf $(VENV) benchmarks/.venv
+	rm -rf $(VENV) benchmarks/.venv benchmarks/.venv-ross
 
 $(VENV)/venv.stamp:
 	@command -v $(PYTHON) >/dev/null || { \
@@ -144,4 +145,11 @@ benchmarks/.venv/bench.stamp: benchmarks/requirements.txt pyproject.toml
 	$(PYTHON) -m venv --clear benchmarks/.venv
 	benchmarks/.venv/bin/pip install --quiet --quiet --no-deps --requirement benchmarks/requirements.txt
 	benchmarks/.venv/bin/pip install --quiet --quiet --no-deps --editable .
+	@touch $@
+
+benchmarks/.venv-ross/bench.stamp: benchmarks/requirements-ross.txt pyproject.toml
+	@echo "Installing ROSS into benchmarks/.venv-ross: some minutes, and about 1.2 GB."
+	$(PYTHON) -m venv --clear benchmarks/.venv-ross
+	benchmarks/.venv-ross/bin/pip install --quiet --quiet --no-deps --requirement benchmarks/requirements-ross.txt
+	benchmarks/.venv-ross/bin/pip install --quiet --quiet --no-deps --editable .
 	@touch $@

@@ -1,6 +1,7 @@
 """Rotors on flexible foundations: from measured frequency response functions to the machine that stands on them."""
 
 from rbfound import averaging, rig, sdof, thesis
+from rbfound.adaptive import adaptive_lines
 from rbfound.balance import permissible_unbalance
 from rbfound.checking import Report, check
 from rbfound.circle import CircleFit, circle_fit, modal_constants
@@ -58,6 +59,7 @@ __all__ = [
     "ShaftFit",
     "Stabilisation",
     "System",
+    "adaptive_lines",
     "antiresonances",
     "averaging",
     "bound",

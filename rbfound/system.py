@@ -134,9 +134,7 @@ class System:
             self._check_rigid(rigid, int((poles == 0).sum()), float(hertz(smallest)))
         poles = np.concatenate([np.zeros(rigid.shape[1]), poles[kept]])
         shapes = np.concatenate([rigid, shapes[:, kept]], axis=1)
-        damping = -poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
-        order = np.lexsort((damping, poles.imag))
-        return Modes(poles[order], _largest_entry_one(shapes[:, order]))
+        return in_order(poles, shapes)
 
     @staticmethod
     def _rigid_shapes(stiffness: Array, L: Array, most: int) -> Array:
@@ -197,6 +195,13 @@ class System:
                 f"The system is singular at {hertz(omega):g} Hz: an undamped or rigid-body mode lies there. "
                 "Add damping or leave the line out."
             ) from None
+
+
+def in_order(poles: Complex, shapes: Complex) -> Modes:
+    """Poles (m,) and shapes (n, m) as modes: sorted, and the largest entry of each shape 1."""
+    damping = -poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
+    order = np.lexsort((damping, poles.imag))
+    return Modes(poles[order], _largest_entry_one(shapes[:, order]))
 
 
 def mac(A: ArrayLike, B: ArrayLike) -> Array:

@@ -19,7 +19,8 @@ import numpy as np
 from scipy import io as scipy_io
 from test_command import MACHINE
 from test_files import foundation
-from test_formats import universal
+from test_formats import FRFS
+from written import universal
 
 import rbfound as rb
 from rbfound.machinefile import load_machine
@@ -72,8 +73,8 @@ def good_files(folder: Path) -> dict[str, list[bytes]]:
         "H.npy": [member.getvalue()],
         "f.mat": [files["a.mat"], files["b.mat"]],
         "packed.mat": [files["c.mat"][128:]],
-        "u.uff": [universal(folder / "u.uff").read_bytes()],
-        "b.uff": [universal(folder / "b.uff", binary=1).read_bytes()],
+        "u.uff": [universal(folder / "u.uff", FRFS).read_bytes()],
+        "b.uff": [universal(folder / "b.uff", FRFS, binary=1).read_bytes()],
         "t.csv": [_table(["Frequency [Hz]", *names], rows, mark) for mark in ",;\t"],
         "index.csv": ["\n".join(index).encode()],
         "one.txt": [one, comma.encode(), comma.encode("utf-16"), comma.encode("latin-1")],

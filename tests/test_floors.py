@@ -15,9 +15,11 @@ PACKAGE = Path(rbfound.__file__).parent
 
 # A module imports from lower floors only: neither from its own floor nor from above. A new module gets its line here.
 FLOORS = {
+    "adaptive": 0,
     "arc": 0,
     "balance": 0,
     "beam": 0,
+    "nodechain": 0,
     "leastsquares": 0,
     "mesh": 0,
     "orbits": 0,
@@ -39,6 +41,7 @@ FLOORS = {
     "confidence": 2,
     "modesearch": 2,
     "polyreference": 2,
+    "lowest": 2,
     "lumped": 2,
     "reduction": 2,
     "synthesis": 2,

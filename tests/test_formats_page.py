@@ -20,7 +20,7 @@ def test_every_test_that_the_page_names_is_there():
 
 
 def test_the_page_lists_what_other_programs_wrote():
-    for path in (TESTS / "written").glob("*.mat"):
-        assert f'"{path.name}"' in (TESTS / "written" / "octave.m").read_text()
+    for path in (TESTS / "octave").glob("*.mat"):
+        assert f'"{path.name}"' in (TESTS / "octave" / "octave.m").read_text()
     octave = {test for test in named_in("test_formats.py") if "octave" in test or "universal_file" in test}
     assert octave <= set(re.findall(r"`(test_\w+)`", PAGE))

@@ -23,6 +23,8 @@ ROOT = Path(__file__).resolve().parent.parent
 OUTSIDE = re.compile(r"^(?:[a-z]+:|//)")
 # what a reader of paper cannot use
 SCREEN_ONLY = "a.headerlink, button, script, .prev-next-footer, .viewcode-link, .toctree-wrapper, .tag_hide-output"
+# of a picture for each theme and width, paper has the one for a wide light page
+SCREEN_ONLY += ", picture:has(> .only-dark), picture > source"
 STYLE = """
 @page { size: A4; margin: 22mm 20mm 20mm 20mm; }
 html { font-size: 10pt; }
