@@ -7,7 +7,7 @@ __version__ = "0.1.0"
 
 # Which module has which names. A name's module is loaded when the name is first asked for (PEP 562), so that a program
 # waits for no more than what it uses; `__init__.pyi` says the same to type checkers and editors.
-_MODULES = ("sdof", "thesis")
+_MODULES = ("averaging", "rig", "sdof", "thesis")
 _NAMES = {
     "adaptive": "adaptive_lines",
     "balance": "permissible_unbalance",

@@ -1,6 +1,6 @@
 """What `import rbfound` offers, for type checkers and editors; `__init__.py` loads each name when it is used."""
 
-from rbfound import sdof, thesis
+from rbfound import averaging, rig, sdof, thesis
 from rbfound.adaptive import adaptive_lines
 from rbfound.balance import permissible_unbalance
 from rbfound.checking import Report, check
@@ -61,6 +61,7 @@ __all__ = [
     "System",
     "adaptive_lines",
     "antiresonances",
+    "averaging",
     "bound",
     "campbell",
     "campbell_bars",
@@ -106,6 +107,7 @@ __all__ = [
     "rational_fraction",
     "relative_error",
     "residue_shapes",
+    "rig",
     "rigid_rotor",
     "rpm",
     "save_foundation",

@@ -51,6 +51,8 @@ class Problem:
     sparse : (lines, shares)
         Some of the lines and for how many each stands. Sums that hold no data, J'J above all, are taken over these:
         they are smooth functions. Residuals and J'r are those of all lines, and so is what the search ends at.
+    least : float
+        The noise is no less than this, however alike neighbouring lines are: 1 where the errors are known.
     """
 
     omega: Array
@@ -60,6 +62,7 @@ class Problem:
     columns: NDArray[np.intp]
     averaging: float = 1.0
     sparse: tuple[NDArray[np.intp], Array] | None = None
+    least: float = 0.0
 
     def thinned(self) -> "Problem":
         """The sparse lines alone, each weighing as much as those it stands for; all if there are none."""
@@ -91,17 +94,21 @@ class State:
         )
 
 
-def problem_of(omega: Array, H: Complex, relative: bool = True) -> Problem:
+def problem_of(omega: Array, H: Complex, relative: bool = True, errors: Array | None = None) -> Problem:
     """The problem of fitting H (n, seats, seats), with weights for an error of |H|, or for one error everywhere.
 
-    The mean of H_ij and H_ji has half the variance of either, unless they are one measurement written twice.
+    The mean of H_ij and H_ji has half the variance of either, unless they are one measurement written twice. With
+    `errors` (n, seats, seats), one for each, the weights are theirs.
     """
     rows, columns = np.triu_indices(H.shape[1])
     mean = ((H + H.transpose(0, 2, 1)) / 2)[:, rows, columns].T.copy()
     averaging = 1.0 if np.array_equal(H, H.transpose(0, 2, 1)) else float(np.sqrt(2))
     size = size_of(mean, rows, columns) if relative else np.full(mean.shape, np.sqrt(np.mean(np.abs(mean) ** 2)))
     weight = np.where(rows != columns, averaging, 1.0)[:, None] / size
-    return Problem(omega, mean, weight, rows, columns, averaging)
+    if errors is not None:
+        both = np.hypot(errors, errors.transpose(0, 2, 1))[:, rows, columns].T / np.sqrt(2)
+        weight = np.where(rows != columns, averaging, 1.0)[:, None] / both
+    return Problem(omega, mean, weight, rows, columns, averaging, least=float(errors is not None))
 
 
 def size_of(H: Complex, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Array:
@@ -292,6 +299,6 @@ def noise_of(problem: Problem, state: State) -> float:
     """
     r = residuals(problem, state)
     if r.shape[1] < 3:
-        return float(np.sqrt(np.mean(np.abs(r) ** 2)))
+        return max(float(np.sqrt(np.mean(np.abs(r) ** 2))), problem.least)
     bend = r[:, 1:-1] - (r[:, 2:] + r[:, :-2]) / 2
-    return float(np.sqrt(np.median(np.abs(bend) ** 2) / (1.5 * np.log(2))))
+    return max(float(np.sqrt(np.median(np.abs(bend) ** 2) / (1.5 * np.log(2)))), problem.least)

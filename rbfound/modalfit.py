@@ -59,13 +59,15 @@ class ModalFit:
         The same with what noise can hide outside the band: behind the parameters stand the entries i <= j of a free
         residue at each frequency of `hidden` (b,) [rad/s]. Error bars are made of it.
     noise : float
-        Standard deviation of the complex error of one FRF, as a part of |H| (relative=False: [m/N]), estimated from its
-        change from line to line.
+        Standard deviation of the complex error of one FRF, as a part of |H| (relative=False: [m/N]; with errors: of
+        these, and no less than 1), estimated from its change from line to line.
     misfit : (outputs, inputs)
         Root mean square of data - fit of each FRF, in the same unit. What exceeds the noise is an error of the model.
     band : (lowest, highest) [Hz]
     labels : names of the seats
     relative : whether errors are taken relative to |H|
+    errors : (n, seats, seats) [m/N]
+        Those that were given, on the lines of the band.
     """
 
     Phi: Array
@@ -81,6 +83,7 @@ class ModalFit:
     band: tuple[float, float]
     labels: tuple[str, ...] = SEATS
     relative: bool = True
+    errors: Array | None = None
 
     @property
     def frequency(self) -> Array:
@@ -100,18 +103,28 @@ class ModalFit:
 
 
 def identify(
-    frf: FRF, *, band: tuple[float, float] | None = None, modes: int | None = None, relative: bool = True
+    frf: FRF,
+    *,
+    band: tuple[float, float] | None = None,
+    modes: int | None = None,
+    relative: bool = True,
+    errors: Array | None = None,
 ) -> Foundation:
     """A foundation from its measured FRFs: all modes of a band, and the sum of those outside it.
 
     `print(foundation)` says how well it fits, which modes were found in the band, and which of them are unsure.
     Parameters and errors are those of `fit_modes`, which gives the covariance too.
     """
-    return fit_modes(frf, band=band, modes=modes, relative=relative).foundation()
+    return fit_modes(frf, band=band, modes=modes, relative=relative, errors=errors).foundation()
 
 
 def fit_modes(
-    frf: FRF, *, band: tuple[float, float] | None = None, modes: int | None = None, relative: bool = True
+    frf: FRF,
+    *,
+    band: tuple[float, float] | None = None,
+    modes: int | None = None,
+    relative: bool = True,
+    errors: Array | None = None,
 ) -> ModalFit:
     """Real modes fitted to all FRFs at once.
 
@@ -125,17 +138,22 @@ def fit_modes(
         How many modes the band holds, if you know.
     relative : bool
         Whether an FRF's error grows with |H| (a calibration, a finite number of averages) or is the same on all lines
-        and in all FRFs (the noise of a sensor).
+        and in all FRFs.
+    errors : (n, seats, seats) [m/N]
+        Standard deviation of the complex error of each receptance on each line, where a measurement tells it, as
+        `rbfound.averaging.Spectra.errors` does. Then `relative` counts for nothing.
 
     Raises
     ------
     ValueError
-        When the band lies outside the data or holds too few lines, `modes` is below 1 or cannot be told apart, or no
-        mode is found.
+        When the band lies outside the data or holds too few lines, `modes` is below 1 or cannot be told apart, an
+        error is not positive, or no mode is found.
     """
     part, band = lines_in(frf, band)
     _check(part, band, modes)
-    problem = problem_of(np.asarray(radians(part.frequency)), part.H, relative)
+    if errors is not None:
+        errors, relative = _errors(frf, part, errors), False
+    problem = problem_of(np.asarray(radians(part.frequency)), part.H, relative, errors)
     poles = _poles(part)
     edges = float(problem.omega[0]), float(problem.omega[-1])
     zeta = float(np.clip(np.median(-poles.real / np.abs(poles)), 2e-3, 0.05)) if len(poles) else 0.02
@@ -152,7 +170,7 @@ def fit_modes(
     state, _ = refine(problem, state, small=0.02 * variance_of(problem, state), iterations=40)
     state = state.only(np.argsort(state.omega))
     _check_any(int(inside(state, edges).sum()), band)
-    return _judged(problem, part, state, edges, band, relative)
+    return _judged(problem, part, state, edges, band, relative, errors)
 
 
 def _check(part: FRF, band: tuple[float, float], modes: int | None) -> None:
@@ -181,6 +199,21 @@ def _check_any(found: int, band: tuple[float, float]) -> None:
         )
 
 
+def _errors(frf: FRF, part: FRF, errors: Array) -> Array:
+    """The errors on the lines of the band."""
+    if np.shape(errors) != frf.H.shape:
+        raise ValueError(f"errors has shape {np.shape(errors)}: there must be one for each entry of H, {frf.H.shape}.")
+    errors = np.asarray(errors, dtype=float)[np.isin(frf.frequency, part.frequency)]
+    bad = ~(np.isfinite(errors) & (errors > 0))
+    if bad.any():
+        line, i, j = np.argwhere(bad)[0]
+        raise ValueError(
+            f"errors at {part.frequency[line]:g} Hz, response {frf.labels[i]} to a force at {frf.labels[j]}, is "
+            f"{errors[line, i, j]}: a standard deviation must be positive and finite."
+        )
+    return errors
+
+
 def _poles(part: FRF) -> Complex:
     """Stable poles, or none: then every mode is looked for in what is left of the data."""
     try:
@@ -196,7 +229,13 @@ def _deviation(problem: Problem, state: State) -> tuple[Array, float]:
 
 
 def _judged(
-    problem: Problem, part: FRF, state: State, edges: tuple[float, float], band: tuple[float, float], relative: bool
+    problem: Problem,
+    part: FRF,
+    state: State,
+    edges: tuple[float, float],
+    band: tuple[float, float],
+    relative: bool,
+    errors: Array | None,
 ) -> ModalFit:
     """What the fit is worth: covariance, noise, misfit, and which modes the data hardly determine."""
     covariance, spread = covariance_of(problem, state)
@@ -212,7 +251,7 @@ def _judged(
     both = np.where(problem.rows == problem.columns, 1.0, problem.averaging)[:, None]
     one[:, problem.rows, problem.columns] = one[:, problem.columns, problem.rows] = (problem.weight / both).T
     # with the same error everywhere all weights are one number
-    unit = 1.0 if relative else float(one[0, 0, 0])
+    unit = 1.0 if relative or errors is not None else float(one[0, 0, 0])
     misfit = np.sqrt(np.mean(np.abs((part.H - model) * one) ** 2, axis=0)) / unit
     noise = noise_of(problem, state) / unit
     unsure = own & doubtful(problem, state, deviation, spread)
@@ -230,12 +269,13 @@ def _judged(
         band,
         part.labels,
         relative,
+        errors,
     )
 
 
 def _notes(fit: ModalFit) -> tuple[str, ...]:
     """How well it did, in sentences."""
-    unit = " of |H|" if fit.relative else " m/N"
+    unit = " of |H|" if fit.relative else " m/N" if fit.errors is None else " times the errors given"
 
     def told(value: float) -> str:
         return f"{100 * value:.3g} %{unit}" if fit.relative else f"{value:.3g}{unit}"

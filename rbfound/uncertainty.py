@@ -183,7 +183,8 @@ def monte_carlo(
     if kept is None:
         return np.array(run(task, seeds, **bar)).reshape(count, len(poles))
     path = Path(kept)
-    data = (fit.Phi, fit.omega, fit.zeta, fit.noise, fit.band, fit.relative, lines)
+    errors = 0.0 if fit.errors is None else fit.errors
+    data = (fit.Phi, fit.omega, fit.zeta, fit.noise, fit.band, fit.relative, errors, lines)
     told = repr(
         [np.asarray(part).tobytes() for part in data] + [rotor, sorted(bearings.items()), speed, above, below, seed]
     )
@@ -268,8 +269,8 @@ def _again(
     """Poles of the machine on the foundation of one more measurement, each the nearest to one of the given."""
     clean = fit.foundation().frf(frequency)
     error = np.random.default_rng(seed).standard_normal((*clean.H.shape, 2)) @ [1, 1j] / np.sqrt(2)
-    size = np.abs(clean.H) if fit.relative else 1.0
+    size = np.abs(clean.H) if fit.relative else 1.0 if fit.errors is None else fit.errors
     noisy = FRF(clean.frequency, clean.H + fit.noise * size * error, clean.labels)
-    foundation = fit_modes(noisy, band=fit.band, relative=fit.relative).foundation()
+    foundation = fit_modes(noisy, band=fit.band, relative=fit.relative, errors=fit.errors).foundation()
     found = mount(rotor, bearings, on=foundation).at(speed).modes().poles
     return np.asarray(found[np.abs(poles[:, None] - found).argmin(axis=1)])
