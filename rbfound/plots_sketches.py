@@ -111,7 +111,7 @@ def gyroscope(tilt: float = 0.45) -> None:
     """Coordinates of a spinning disk with its angular momenta, and why a tilting disk answers across (equation 19)."""
     _, (left, right) = plt.subplots(1, 2, figsize=(8.2, 3.6), width_ratios=(1.15, 1))
     x, y, z = np.array([-0.62, -0.5]), np.array([0.0, 1.0]), np.array([1.0, -0.12])
-    turn = np.linspace(0, 2 * np.pi, 90)
+    turn = np.pi * np.linspace(0, 2, 90)
     left.fill(*np.outer(x, 0.55 * np.cos(turn)) + np.outer(y, 0.55 * np.sin(turn)), fc="#c9d6e2", ec=BLACK, lw=1)
     for axis, name, moment in ((x, "X", "$I_d\\dot\\theta$"), (y, "Y", "$I_d\\dot\\psi$"), (z, "Z", "$I_p\\Omega$")):
         _arrow(left, 0 * axis, 1.25 * axis, BLACK, name)
