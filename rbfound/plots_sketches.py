@@ -52,7 +52,7 @@ def machine(
         ax.plot(*(VIEW[:2] @ point), "^", color=BLACK, markersize=9, zorder=5)
     marked = {label: body.points[place] for body in bodies for label, place in body.marks.items()}
     for label in springs:
-        _spring(ax, VIEW[:2] @ marked[label], 0.35 * reach)
+        _spring(ax, VIEW[:2] @ marked[label], float(0.35 * reach))
     plt.show()
 
 
@@ -144,6 +144,7 @@ def gyroscope(tilt: float = 0.45) -> None:
 
 def _arrow(ax: Axes, start: NDArray[np.float64], end: NDArray[np.float64], color: str, name: str = "") -> None:
     """An arrow, named beyond its head."""
-    ax.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": color, "lw": 1.6, "shrinkA": 0, "shrinkB": 0})
+    foot, head = ((float(x), float(y)) for x, y in (start, end))
+    ax.annotate("", head, foot, arrowprops={"arrowstyle": "-|>", "color": color, "lw": 1.6, "shrinkA": 0, "shrinkB": 0})
     if name:
-        ax.annotate(name, end, (6, 4), textcoords="offset points", color=color)
+        ax.annotate(name, head, (6, 4), textcoords="offset points", color=color)

@@ -26,7 +26,10 @@ from pypdf import PdfReader
 ROOT = Path(__file__).resolve().parent.parent
 OUTSIDE = re.compile(r"^(?:[a-z]+:|//)")
 # what a reader of paper cannot use
-SCREEN_ONLY = "a.headerlink, button, script, .prev-next-footer, .viewcode-link, .toctree-wrapper, .tag_hide-output"
+SCREEN_ONLY = (
+    "a.headerlink, button, script, .prev-next-footer, .viewcode-link, .toctree-wrapper, .tag_hide-output, "
+    ".sd-summary-state-marker"
+)
 STYLE = """
 @page { size: A4; margin: 22mm 20mm 20mm 20mm; @bottom-center { content: counter(page); FOLIO } }
 @page :first { @bottom-center { content: ""; } }
@@ -38,8 +41,8 @@ h1, h2, h3 { break-after: avoid; } p { orphans: 3; widows: 3; margin: 0 0 0.75em
 section.page { break-before: page; }
 .title { height: 235mm; display: flex; flex-direction: column; justify-content: center; }
 .title h1 { font-size: 38pt; border: 0; } .title p { font-size: 14pt; max-width: 130mm; } .title img { width: 100%; }
-nav { break-before: page; } nav h2 { font-size: 11.5pt; margin: 3.5mm 0 0.5mm; }
-nav p { margin: 0.2mm 0; } nav a { color: #111; text-decoration: none; display: flex; align-items: baseline; }
+nav { break-before: page; line-height: 1.25; } nav h2 { font-size: 11.5pt; margin: 3mm 0 0.3mm; }
+nav p { margin: 0; } nav a { color: #111; text-decoration: none; display: flex; align-items: baseline; }
 nav a i { flex: 1; border-bottom: 0.3mm dotted #999; margin: 0 2mm; } nav a b { font-weight: normal; width: 3em; }
 nav a b { text-align: right; }
 a { color: #14507f; text-decoration: none; }
@@ -47,7 +50,8 @@ img { max-width: 100%; height: auto; break-inside: avoid; }
 pre, code { font-family: "DejaVu Sans Mono", monospace; } code { font-size: 0.85em; }
 pre { font-size: 7.6pt; line-height: 1.35; white-space: pre-wrap; overflow-wrap: anywhere; }
 pre { margin: 0; padding: 2mm 3mm; }
-.cell { margin: 3mm 0; } .cell_input pre { background: #f4f5f7; border-left: 0.8mm solid #9fb3c8; }
+.cell { margin: 3mm 0; } .cell_input { break-inside: avoid; break-after: avoid; }
+.cell_input pre { background: #f4f5f7; border-left: 0.8mm solid #9fb3c8; }
 .cell_output pre { white-space: pre; overflow: hidden; break-inside: avoid; }
 .cell_output img { display: block; margin: 0 auto; }
 table { border-collapse: collapse; font-size: 8.4pt; width: 100%; margin: 3mm 0; }
