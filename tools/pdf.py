@@ -136,7 +136,11 @@ def beginnings(pdf: Path, names: set[str]) -> dict[str, int]:
     """The page of a print on which each of these places is, counted from 1."""
     reader = PdfReader(pdf)
     found = {name.lstrip("/"): place for name, place in reader.named_destinations.items()}
-    return {name: (reader.get_destination_page_number(found[name]) or 0) + 1 for name in sorted(names)}
+    numbers = {name: reader.get_destination_page_number(found[name]) for name in sorted(names & set(found))}
+    lost = names - {name for name, number in numbers.items() if number is not None}
+    if lost:
+        raise ValueError(f"{pdf} has no page for {', '.join(sorted(lost))}.")
+    return {name: number + 1 for name, number in numbers.items() if number is not None}
 
 
 def document(html: Path, toc: Path, title: str) -> str:
