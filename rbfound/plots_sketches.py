@@ -35,7 +35,8 @@ def machine(
     held : (k, 3) [m] points with a triangle below them
     springs : marks of the bodies that get the sign of a spring, as "seat 1"
     """
-    _, ax = plt.subplots(figsize=(7.2, 5.0))
+    # sheer faces over each other have so many shades that a finer picture would be a third of its page's weight
+    _, ax = plt.subplots(figsize=(7.2, 5.0), dpi=105)
     for body, color in zip(sorted(bodies, key=lambda body: body.sheer), SHADES[::-1][-len(bodies) :], strict=True):
         body_on(ax, body.points, np.repeat(body.faces, 2, axis=1), color)
         if body.sheer:
