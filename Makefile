@@ -54,7 +54,8 @@ picture: $(VENV)/book.stamp ## draw the README's picture again
 data: $(VENV)/book.stamp ## compute the foundation's FRFs in data/ again from its solid model
 	$(BIN)/python data/make_foundation.py
 
-crosscheck: $(VENV)/book.stamp ## solve the solid foundation with CalculiX too (needs ccx) and compare
+crosscheck: $(VENV)/book.stamp $(VENV)/ross.stamp $(VENV)/nastran.stamp ## compare with ROSS, pyNastran, Octave (if it is here) and CalculiX (needs ccx)
+	$(BIN)/python tools/crosscheck_exports.py $(VENV)/ross/bin/python $(VENV)/nastran/bin/python
 	$(BIN)/python tools/crosscheck.py
 
 bench: benchmarks/.venv/bench.stamp ## compare errors and CPU time with the peers, each at its pinned version
@@ -75,8 +76,11 @@ format: $(VENV)/dev.stamp ## let ruff put code and notebooks in order
 unit: $(VENV)/dev.stamp ## the package's own tests
 	$(BIN)/pytest -m "not book"
 
-fuzz: $(VENV)/dev.stamp ## damage files of each format 20 000 times: nothing but a ValueError may come of it (RBFOUND_FUZZ=n)
-	RBFOUND_FUZZ=$${RBFOUND_FUZZ:-20000} $(BIN)/pytest tests/test_fuzz.py
+# atheris has wheels for Linux only; elsewhere Hypothesis does it alone
+fuzz: $(VENV)/dev.stamp ## damage files of each format 10 000 times: nothing but a ValueError may come of it (RBFOUND_FUZZ=n)
+	RBFOUND_FUZZ=$${RBFOUND_FUZZ:-2000} $(BIN)/pytest tests/test_fuzz.py
+	if $(BIN)/pip install --quiet --quiet "atheris>=3.0"; then $(BIN)/python tests/fuzz_atheris.py $${RBFOUND_FUZZ:-8000}; \
+	  else echo "atheris is not to be had here: fuzzing by coverage is left out."; fi
 
 html: $(VENV)/book.stamp # every notebook is run again, as the package may have changed; a warning is an error
 	$(BIN)/jupyter-book build . --all -W --keep-going
@@ -123,6 +127,16 @@ $(VENV)/book.stamp: $(VENV)/venv.stamp pyproject.toml
 $(VENV)/dev.stamp: $(VENV)/book.stamp
 	$(BIN)/pip install --quiet --quiet --editable ".[dev]"
 	@touch $@
+
+# ROSS and pyNastran each want other versions of what the book uses. What cannot be installed is left out of the check.
+$(VENV)/ross.stamp: $(VENV)/venv.stamp pyproject.toml
+	@echo "Installing ROSS into $(VENV)/ross: about 1 GB."
+	$(PYTHON) -m venv --clear $(VENV)/ross
+	if $(VENV)/ross/bin/pip install --quiet --quiet --editable ".[ross]"; then touch $@; else echo "ROSS is left out."; fi
+
+$(VENV)/nastran.stamp: $(VENV)/venv.stamp
+	$(PYTHON) -m venv --clear $(VENV)/nastran
+	if $(VENV)/nastran/bin/pip install --quiet --quiet "pyNastran==1.4.1"; then touch $@; else echo "pyNastran is left out."; fi
 
 # The peers would fight with the book's pins, and weigh more than it: an environment of their own.
 benchmarks/.venv/bench.stamp: benchmarks/requirements.txt pyproject.toml

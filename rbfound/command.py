@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.write(f"rbfound: {error.filename or ''}: {error.strerror}\n")
         return 2
     except KeyboardInterrupt:
-        sys.stderr.write("rbfound: interrupted; nothing was written\n")
+        sys.stderr.write("rbfound: interrupted; no file is half written\n")
         return 130
     return code
 

@@ -221,7 +221,8 @@ def refine(
     damping, factor = 1e-3, 2.0
     error, thin = residuals(problem, state), problem.thinned()
     now = float(np.vdot(error, error).real)
-    for _ in range(iterations):
+    # without a mode there is nothing to move
+    for _ in range(iterations if len(state.omega) else 0):
         N, b = curvature(problem, state), gradient(problem, state, error)
         scale = scale_of(N)
         N /= scale[:, None] * scale

@@ -36,6 +36,9 @@ FEW, MOST = 200, 16
 # Orders of the denominator that are tried, where the lines allow them.
 ORDERS = range(12, 25, 2)
 
+# Beyond this, or below its reciprocal [m/N], squares of receptances leave the range of numbers.
+HUGE = 1e100
+
 
 @dataclass(frozen=True, eq=False)
 class ModalFit:
@@ -138,19 +141,17 @@ def fit_modes(
     zeta = float(np.clip(np.median(-poles.real / np.abs(poles)), 2e-3, 0.05)) if len(poles) else 0.02
     problem = replace(problem, sparse=decimated(problem.omega, poles, FEW))
     state = completed(problem, first_modes(problem, poles), edges, zeta, MOST)
+    _check_any(len(state.omega), band)
     suspects = inside(state, edges) & doubtful(problem, state, *_deviation(problem, state))
     state = pruned(problem, state, np.flatnonzero(suspects))
+    _check_any(len(state.omega), band)
     if modes is not None:
         state = counted(problem, state, edges, zeta, modes)
     if relative:
         problem = reweighted(problem, state)
     state, _ = refine(problem, state, small=0.02 * variance_of(problem, state), iterations=40)
     state = state.only(np.argsort(state.omega))
-    if not inside(state, edges).any():
-        raise ValueError(
-            f"No mode was found between {band[0]:g} and {band[1]:g} Hz: the FRFs have no resonance there, or too few "
-            "lines."
-        )
+    _check_any(int(inside(state, edges).sum()), band)
     return _judged(problem, part, state, edges, band, relative)
 
 
@@ -165,8 +166,19 @@ def _check(part: FRF, band: tuple[float, float], modes: int | None) -> None:
             f"Only {lines} lines lie between {band[0]:g} and {band[1]:g} Hz: {seats} seats and {modes or 'some'} modes "
             f"need at least {least}."
         )
-    if not np.abs(part.H).any():
+    largest = np.abs(part.H).max()
+    if largest == 0:
         raise ValueError(f"All receptances between {band[0]:g} and {band[1]:g} Hz are zero: nothing moves.")
+    if not 1 / HUGE < largest < HUGE:
+        raise ValueError(f"The largest receptance is {largest:.1g} m/N: is its unit right?")
+
+
+def _check_any(found: int, band: tuple[float, float]) -> None:
+    if not found:
+        raise ValueError(
+            f"No mode was found between {band[0]:g} and {band[1]:g} Hz: the FRFs have no resonance there, or too few "
+            "lines."
+        )
 
 
 def _poles(part: FRF) -> Complex:

@@ -68,6 +68,8 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
         idle = ~inside(state, edges) & (weight_of(problem, state) < IDLE * variance)
         if idle.any():
             state = state.only(~idle)
+            if idle.all():
+                return state
             continue
         if added < most and left > FINEST**2 * problem.H.size:
             new, gain = missing_mode(problem, state, tried, zeta)

@@ -5,6 +5,7 @@ import struct
 import warnings
 import zipfile
 import zlib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -227,6 +228,33 @@ def test_a_mat_file_of_another_writer_needs_its_unit_said(tmp_path, options):
     scipy_io.savemat(path, {"frequency": LINES, "H": 9.81 * FRFS.H, "other": {"a": [1, "b"]}}, **options)
     assert "does not say in which unit" in error_of(path)
     same(rb.load_frf(path, unit="m", force=9.81))
+
+
+def test_letters_that_are_stored_as_fractions_are_refused(tmp_path):
+    path = tmp_path / "rig.mat"
+    scipy_io.savemat(path, {"labels": np.arange(4.0)})
+    # an array of doubles whose class says letters
+    path.write_bytes(path.read_bytes().replace(b"\x06\0\0\0\x08\0\0\0\x06", b"\x06\0\0\0\x08\0\0\0\x04", 1))
+    assert "labels holds what is no letter" in error_of(path)
+
+
+WRITTEN = Path(__file__).parent / "written"
+
+
+@pytest.mark.parametrize("version", ["v6", "v7"])
+def test_a_mat_file_that_octave_wrote_is_read(version):
+    frf = rb.load_frf(WRITTEN / f"octave_{version}.mat")
+    k, i, j = np.meshgrid(np.arange(1, 6), np.arange(1, 5), np.arange(1, 5), indexing="ij")
+    np.testing.assert_allclose(frf.H, 1e-3 * (1e-9 * (k + 10 * i + 100 * j) + 1e-12j * (i + j)), rtol=1e-14)
+    assert frf.frequency.tolist() == [2.5, 5.0, 7.5, 10.0, 12.5]
+    assert frf.labels == LABELS
+
+
+def test_a_foundation_that_octave_wrote_is_read():
+    body = rb.load_foundation(WRITTEN / "octave_foundation.mat")
+    assert body.K.tolist() == [[1e6, -2e5], [-2e5, 3e6]]
+    assert body.B.tolist() == [[1.0, 0.1], [0.2, 1.0]]
+    assert (body.labels, body.notes) == (("x1", "y1"), ("written by Octave",))
 
 
 def test_a_mat_file_of_version_4_is_refused_for_it_has_no_third_dimension(tmp_path):
