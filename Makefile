@@ -54,11 +54,16 @@ picture: $(VENV)/book.stamp ## draw the README's picture again
 data: $(VENV)/book.stamp ## compute the foundation's FRFs in data/ again from its solid model
 	$(BIN)/python data/make_foundation.py
 
-crosscheck: $(VENV)/book.stamp ## solve the solid foundation with CalculiX too (needs ccx) and compare
+crosscheck: $(VENV)/book.stamp $(VENV)/ross.stamp $(VENV)/nastran.stamp ## compare with ROSS, pyNastran, Octave (if it is here) and CalculiX (needs ccx)
+	$(BIN)/python tools/crosscheck_exports.py $(VENV)/ross/bin/python $(VENV)/nastran/bin/python
 	$(BIN)/python tools/crosscheck.py
 
-bench: benchmarks/.venv/bench.stamp ## compare errors and CPU time with the peers, each at its pinned version
+bench: benchmarks/.venv/bench.stamp benchmarks/.venv-ross/bench.stamp ## compare errors and CPU time with the peers, each at its pinned version
 	benchmarks/.venv/bin/python benchmarks/identification.py
+	benchmarks/.venv-ross/bin/python benchmarks/rotor.py
+	benchmarks/.venv/bin/python benchmarks/startup.py
+	benchmarks/.venv/bin/python benchmarks/sweep.py
+	benchmarks/.venv/bin/python benchmarks/solid.py
 
 study: $(VENV)/book.stamp ## identify two hundred noisy measurements: errors, and how often the error bars hold (15 minutes)
 	$(BIN)/python tools/study.py
@@ -75,8 +80,11 @@ format: $(VENV)/dev.stamp ## let ruff put code and notebooks in order
 unit: $(VENV)/dev.stamp ## the package's own tests
 	$(BIN)/pytest -m "not book"
 
-fuzz: $(VENV)/dev.stamp ## damage files of each format 20 000 times: nothing but a ValueError may come of it (RBFOUND_FUZZ=n)
-	RBFOUND_FUZZ=$${RBFOUND_FUZZ:-20000} $(BIN)/pytest tests/test_fuzz.py
+# atheris has wheels for Linux only; elsewhere Hypothesis does it alone
+fuzz: $(VENV)/dev.stamp ## damage files of each format 10 000 times: nothing but a ValueError may come of it (RBFOUND_FUZZ=n)
+	RBFOUND_FUZZ=$${RBFOUND_FUZZ:-2000} $(BIN)/pytest tests/test_fuzz.py
+	if $(BIN)/pip install --quiet --quiet "atheris>=3.0"; then $(BIN)/python tests/fuzz_atheris.py $${RBFOUND_FUZZ:-8000}; \
+	  else echo "atheris is not to be had here: fuzzing by coverage is left out."; fi
 
 html: $(VENV)/book.stamp # every notebook is run again, as the package may have changed; a warning is an error
 	$(BIN)/jupyter-book build . --all -W --keep-going
@@ -98,7 +106,7 @@ clean: ## remove what was built; keep the environment
 	rm -rf _build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis
 
 distclean: clean ## remove the environment too
-	rm -rf $(VENV) benchmarks/.venv
+	rm -rf $(VENV) benchmarks/.venv benchmarks/.venv-ross
 
 $(VENV)/venv.stamp:
 	@command -v $(PYTHON) >/dev/null || { \
@@ -124,10 +132,27 @@ $(VENV)/dev.stamp: $(VENV)/book.stamp
 	$(BIN)/pip install --quiet --quiet --editable ".[dev]"
 	@touch $@
 
+# ROSS and pyNastran each want other versions of what the book uses. What cannot be installed is left out of the check.
+$(VENV)/ross.stamp: $(VENV)/venv.stamp pyproject.toml
+	@echo "Installing ROSS into $(VENV)/ross: about 1 GB."
+	$(PYTHON) -m venv --clear $(VENV)/ross
+	if $(VENV)/ross/bin/pip install --quiet --quiet --editable ".[ross]"; then touch $@; else echo "ROSS is left out."; fi
+
+$(VENV)/nastran.stamp: $(VENV)/venv.stamp
+	$(PYTHON) -m venv --clear $(VENV)/nastran
+	if $(VENV)/nastran/bin/pip install --quiet --quiet "pyNastran==1.4.1"; then touch $@; else echo "pyNastran is left out."; fi
+
 # The peers would fight with the book's pins, and weigh more than it: an environment of their own.
 benchmarks/.venv/bench.stamp: benchmarks/requirements.txt pyproject.toml
 	@echo "Installing the peers into benchmarks/.venv: some minutes, and about 1.3 GB."
 	$(PYTHON) -m venv --clear benchmarks/.venv
 	benchmarks/.venv/bin/pip install --quiet --quiet --no-deps --requirement benchmarks/requirements.txt
 	benchmarks/.venv/bin/pip install --quiet --quiet --no-deps --editable .
+	@touch $@
+
+benchmarks/.venv-ross/bench.stamp: benchmarks/requirements-ross.txt pyproject.toml
+	@echo "Installing ROSS into benchmarks/.venv-ross: some minutes, and about 1.2 GB."
+	$(PYTHON) -m venv --clear benchmarks/.venv-ross
+	benchmarks/.venv-ross/bin/pip install --quiet --quiet --no-deps --requirement benchmarks/requirements-ross.txt
+	benchmarks/.venv-ross/bin/pip install --quiet --quiet --no-deps --editable .
 	@touch $@

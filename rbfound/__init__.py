@@ -1,119 +1,57 @@
 """Rotors on flexible foundations: from measured frequency response functions to the machine that stands on them."""
 
-from rbfound import sdof, thesis
-from rbfound.balance import permissible_unbalance
-from rbfound.checking import Report, check
-from rbfound.circle import CircleFit, circle_fit, modal_constants
-from rbfound.coupling import Machine, mount
-from rbfound.files import load_foundation, load_frf, save_foundation, save_frf
-from rbfound.fitting import PseudoModes, equivalent_matrices, pmsm, pseudo_modes
-from rbfound.foundation import Foundation, modal_foundation
-from rbfound.frf import FRF, relative_error
-from rbfound.impedance import MeasuredMachine, coupled_poles, mount_measured, passivity, unbalance_on_lines
-from rbfound.inverse import ShaftFit, fit_shaft
-from rbfound.lumped import chain
-from rbfound.modalfit import ModalFit, fit_modes, identify
-from rbfound.orbits import Orbits, ellipses
-from rbfound.peaks import Peaks, mode_indicator, pick_peaks
-from rbfound.polynomials import Fraction, fit_fraction, rational_fraction
-from rbfound.polyreference import Stabilisation, stabilisation, stable_poles
-from rbfound.reduction import Reduction, craig_bampton, dynamic_reduction, guyan, modal_reduction
-from rbfound.residues import Residues, fit_residues, lscf
-from rbfound.rigid import RigidRotor, rigid_rotor
-from rbfound.rotor import Bearing, Disk, Rotor, Shaft
-from rbfound.synthesis import antiresonances, modal_terms, normal_modes, pole_terms, residue_shapes
-from rbfound.system import Modes, System, mac
-from rbfound.tables import bound, table
-from rbfound.transmitted import ground_forces, seat_forces
-from rbfound.uncertainty import CriticalBars, ErrorBars, campbell_bars, critical_bars, error_bars, monte_carlo
-from rbfound.units import from_rpm, hertz, radians, rpm
-from rbfound.whirl import Campbell, CriticalSpeeds, campbell, unbalance_response
+from importlib import import_module
+from typing import Any
 
 __version__ = "0.1.0"
 
-__all__ = [
-    "FRF",
-    "Bearing",
-    "Campbell",
-    "CircleFit",
-    "CriticalBars",
-    "CriticalSpeeds",
-    "Disk",
-    "ErrorBars",
-    "Foundation",
-    "Fraction",
-    "Machine",
-    "MeasuredMachine",
-    "ModalFit",
-    "Modes",
-    "Orbits",
-    "Peaks",
-    "PseudoModes",
-    "Reduction",
-    "Report",
-    "Residues",
-    "RigidRotor",
-    "Rotor",
-    "Shaft",
-    "ShaftFit",
-    "Stabilisation",
-    "System",
-    "antiresonances",
-    "bound",
-    "campbell",
-    "campbell_bars",
-    "chain",
-    "check",
-    "circle_fit",
-    "coupled_poles",
-    "craig_bampton",
-    "critical_bars",
-    "dynamic_reduction",
-    "ellipses",
-    "equivalent_matrices",
-    "error_bars",
-    "fit_fraction",
-    "fit_modes",
-    "fit_residues",
-    "fit_shaft",
-    "from_rpm",
-    "ground_forces",
-    "guyan",
-    "hertz",
-    "identify",
-    "load_foundation",
-    "load_frf",
-    "lscf",
-    "mac",
-    "modal_constants",
-    "modal_foundation",
-    "modal_reduction",
-    "modal_terms",
-    "mode_indicator",
-    "monte_carlo",
-    "mount",
-    "mount_measured",
-    "normal_modes",
-    "passivity",
-    "permissible_unbalance",
-    "pick_peaks",
-    "pmsm",
-    "pole_terms",
-    "pseudo_modes",
-    "radians",
-    "rational_fraction",
-    "relative_error",
-    "residue_shapes",
-    "rigid_rotor",
-    "rpm",
-    "save_foundation",
-    "save_frf",
-    "sdof",
-    "seat_forces",
-    "stabilisation",
-    "stable_poles",
-    "table",
-    "thesis",
-    "unbalance_on_lines",
-    "unbalance_response",
-]
+# Which module has which names. A name's module is loaded when the name is first asked for (PEP 562), so that a program
+# waits for no more than what it uses; `__init__.pyi` says the same to type checkers and editors.
+_MODULES = ("averaging", "rig", "sdof", "thesis")
+_NAMES = {
+    "adaptive": "adaptive_lines",
+    "balance": "permissible_unbalance",
+    "checking": "Report check",
+    "circle": "CircleFit circle_fit modal_constants",
+    "coupling": "Machine mount",
+    "files": "load_foundation load_frf save_foundation save_frf",
+    "fitting": "PseudoModes equivalent_matrices pmsm pseudo_modes",
+    "foundation": "Foundation modal_foundation",
+    "frf": "FRF relative_error",
+    "impedance": "MeasuredMachine coupled_poles mount_measured passivity unbalance_on_lines",
+    "inverse": "ShaftFit fit_shaft",
+    "lumped": "chain",
+    "modalfit": "ModalFit fit_modes identify",
+    "orbits": "Orbits ellipses",
+    "peaks": "Peaks mode_indicator pick_peaks",
+    "polynomials": "Fraction fit_fraction rational_fraction",
+    "polyreference": "Stabilisation stabilisation stable_poles",
+    "reduction": "Reduction craig_bampton dynamic_reduction guyan modal_reduction",
+    "residues": "Residues fit_residues lscf",
+    "rigid": "RigidRotor rigid_rotor",
+    "rotor": "Bearing Disk Rotor Shaft",
+    "synthesis": "antiresonances modal_terms normal_modes pole_terms residue_shapes",
+    "system": "Modes System mac",
+    "tables": "bound table",
+    "transmitted": "ground_forces seat_forces",
+    "uncertainty": "CriticalBars ErrorBars campbell_bars critical_bars error_bars monte_carlo",
+    "units": "from_rpm hertz radians rpm",
+    "whirl": "Campbell CriticalSpeeds campbell unbalance_response",
+}
+_HOMES = {name: module for module, names in _NAMES.items() for name in names.split()}
+
+__all__ = sorted([*_MODULES, *_HOMES])
+
+
+def __getattr__(name: str) -> Any:
+    if name in _MODULES or name in _NAMES:
+        return import_module(f"rbfound.{name}")
+    if name not in _HOMES:
+        raise AttributeError(f"module 'rbfound' has no attribute {name!r}")
+    value = getattr(import_module(f"rbfound.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -1,7 +1,6 @@
 """Where the modes of a fit come from: known poles, pseudo-modes of the remainder, and the mode that is missing."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
 from rbfound.leastsquares import (
@@ -113,7 +112,7 @@ def against(problem: Problem, state: State, own: Array, zeta: Array) -> tuple[Ar
 
 
 def bordered(problem: Problem, state: State, places: Array, zeta: Array) -> tuple[Array, Array]:
-    """J'J and J'r of the modes and, behind their parameters, of the entries of a free symmetric residue at each place."""
+    """J'J and J'r of the modes' parameters and, behind them, of the entries of a free symmetric residue at each place."""
     thin = problem.thinned()
     N, b = curvature(thin, state), gradient(thin, state, residuals(thin, state))
     p, entries = len(N), len(problem.rows)

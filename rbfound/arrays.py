@@ -5,6 +5,7 @@ Nothing in such a file is run: pickled arrays and MATLAB's objects are refused.
 
 import io
 import struct
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Iterable
@@ -24,6 +25,9 @@ Complex = NDArray[np.complex128]
 
 # 64 FRFs on 500 000 lines [bytes]
 LARGEST_UNPACKED = 600_000_000
+# What numpy's own reader lets through when the heading of an array is damaged.
+HEADING: tuple[type[Exception], ...] = (SyntaxError, TypeError, KeyError, IndexError, OverflowError, struct.error)
+HEADING += (MemoryError, RecursionError, tokenize.TokenError)
 
 
 def read_npz(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:
@@ -43,8 +47,7 @@ def read_npz(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:
             return {name: _array(archive, member) for name, member in members.items()}
     except (ValueError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, OSError) as error:
         raise ValueError(f"{path} is not a readable .npz file: {error}") from None
-    except (SyntaxError, TypeError, KeyError, IndexError, OverflowError, struct.error, MemoryError) as error:
-        # what numpy's own reader lets through when the heading of an array is damaged
+    except HEADING as error:
         raise ValueError(f"{path} is not a readable .npz file: an array's heading is damaged ({error})") from None
 
 

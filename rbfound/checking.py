@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from rbfound.frf import FRF
 from rbfound.peaks import mode_indicator, prominence
 from rbfound.sdof import half_power, local_maxima
-from rbfound.tables import table
+from rbfound.tables import number, table
 
 Array = NDArray[np.float64]
 
@@ -78,8 +78,8 @@ class Report:
             f"{100 * self.noise.max():.2g} % at the worst.",
             "Reciprocity: perfect."
             if self.nonreciprocity == 0
-            else f"Reciprocity: {i} from {j} and {j} from {i} differ by {100 * self.nonreciprocity:.2g} % of the "
-            f"largest receptance at {f:.4g} Hz, the worst place.",
+            else f"Reciprocity: {i} from {j} and {j} from {i} differ by {number(100 * self.nonreciprocity, 2)} % of "
+            f"the largest receptance at {f:.4g} Hz, the worst place.",
             *self.notes,
         ]
         peaks = {

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rbfound.checking import check
+from rbfound.checking import Report, check
 from rbfound.files import load_frf, save_foundation
 from rbfound.foundation import Foundation
 from rbfound.frf import FRF
@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.write(f"rbfound: {error.filename or ''}: {error.strerror}\n")
         return 2
     except KeyboardInterrupt:
-        sys.stderr.write("rbfound: interrupted; nothing was written\n")
+        sys.stderr.write("rbfound: interrupted; no file is half written\n")
         return 130
     return code
 
@@ -118,12 +118,12 @@ def _identify(options: argparse.Namespace) -> int:
     save_foundation(foundation, options.output)
     sys.stdout.write(f"{foundation}\nwritten: {options.output}\n")
     if options.report:
-        text_replaced(options.report, _page(frf, str(report), foundation))
+        text_replaced(options.report, _page(frf, report, foundation))
         sys.stdout.write(f"written: {options.report}\n")
     return 1 if report.warnings else 0
 
 
-def _page(frf: FRF, report: str, foundation: Foundation) -> str:
+def _page(frf: FRF, report: Report, foundation: Foundation) -> str:
     try:
         # the one import that waits: matplotlib is an extra, and only a page needs it
         from rbfound.reportpage import page

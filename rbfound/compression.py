@@ -1,10 +1,10 @@
-"""Fewer lines that tell as much: a smooth stretch of noisy lines becomes a few nodes, and hardly more than noise is lost.
+"""Fewer lines that tell as much: a smooth stretch of noisy lines becomes a few nodes, and little but noise is lost.
 
 Where receptances are polynomials of low degree over a stretch of n lines, their least-squares polynomials hold all that
 the lines say. A polynomial is known by its values at the Gauss nodes of the lines, and there its errors are independent
 of one another: a value of share s has the error of the mean of s lines (Gautschi 2004, Orthogonal Polynomials, section
-1.4, doi:10.1093/oso/9780198506720.001.0001). A sum of squares over the nodes is that over the lines, but for a part that
-no smooth model can reach.
+1.4, doi:10.1093/oso/9780198506720.001.0001). A sum of squares over the nodes is that over the lines, but for a part
+that no smooth model can reach.
 """
 
 from dataclasses import replace
@@ -33,16 +33,17 @@ def compressed(problem: Problem, poles: Complex, relative: bool, finest: float) 
     """
     omega, H, weight = problem.omega, problem.H, problem.weight
     parts = _stretches(omega, poles)[::-1]
-    level = max(_noise(H, weight), finest) ** 2
+    level = max(_noise(H, weight), finest, problem.least) ** 2
     # the nodes of evenly spaced lines depend on their number only
     even, known = np.ptp(np.diff(omega)) < 1e-6 * np.diff(omega).min(), {}
-    nodes, values, shares = [], [], []
+    nodes, values, weights, shares = [], [], [], []
     while parts:
         part = parts.pop()
         lines = part.stop - part.start
         if lines <= NODES + 1:
             nodes.append(omega[part])
             values.append(H[:, part])
+            weights.append(weight[:, part])
             shares.append(np.ones(lines))
             continue
         if not (even and lines in known):
@@ -57,12 +58,16 @@ def compressed(problem: Problem, poles: Complex, relative: bool, finest: float) 
             continue
         nodes.append(omega[part][0] + at)
         values.append(along / np.sqrt(share))
+        weights.append(np.repeat(np.sqrt(np.mean(weight[:, part] ** 2, axis=1, keepdims=True)), NODES, axis=1))
         shares.append(share)
     at, few, share = np.concatenate(nodes), np.hstack(values), np.concatenate(shares)
     if len(at) == len(omega):
         return problem
-    mean = np.where(problem.rows != problem.columns, problem.averaging, 1.0)[:, None]
-    heavy = mean / size_of(few, problem.rows, problem.columns) if relative else weight[:, :1]
+    heavy = np.hstack(weights)
+    if relative:
+        # |H| of a node is known better than that of a line
+        heavy = np.where(problem.rows != problem.columns, problem.averaging, 1.0)[:, None]
+        heavy = heavy / size_of(few, problem.rows, problem.columns)
     return replace(problem, nodes=replace(problem, omega=at, H=few, weight=heavy * np.sqrt(share)))
 
 

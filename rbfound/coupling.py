@@ -2,16 +2,21 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
 from rbfound.foundation import Foundation
+from rbfound.frf import FRF
+from rbfound.nodechain import Chain, chain_of
 from rbfound.rotor import Bearing, Mesh, Rotor, assemble
 from rbfound.system import Modes, System
+from rbfound.units import radians
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +43,57 @@ class Machine:
     def at(self, speed: float) -> System:
         """The machine at a spin speed [rad/s]."""
         return System(self.M, self.C, self.K, speed * self.G, self.mesh.planes)
+
+    @cached_property
+    def chain(self) -> Chain | None:
+        """The machine as a chain of nodes, solved in a time proportional to them; None if it is not one."""
+        return chain_of(self.M, self.C, self.K, self.G, (self.mesh.M, self.mesh.K, self.mesh.G))
+
+    def responses(self, omega: Array, speeds: Array, force: Complex) -> Complex:
+        """Steady motion under harmonic forces, line by line: (lines, n) complex [m].
+
+        Parameters
+        ----------
+        omega, speeds : (lines,) circular frequency and speed of rotation [rad/s]
+        force : (lines, n)
+
+        Raises
+        ------
+        ValueError
+            When an undamped mode lies on a line.
+        """
+        out, uncertain = np.empty(force.shape, dtype=complex), np.arange(len(omega))
+        if self.chain is not None:
+            found, uncertain = self.chain.response(omega, speeds, force.T)
+            out[:] = found.T
+        for k in uncertain:
+            out[k] = self.at(float(speeds[k])).solve(float(omega[k]), force[k])
+        return out
+
+    def frf(self, frequency: ArrayLike, coordinates: Mapping[str, int], speed: float = 0.0) -> FRF:
+        """Receptances between some coordinates: each line [Hz] solved exactly.
+
+        Parameters
+        ----------
+        coordinates : mapping from a name to an index, as `coordinate` gives it
+        speed : of rotation [rad/s]
+
+        Raises
+        ------
+        ValueError
+            When the speed is not finite, or an undamped mode lies on a line.
+        """
+        if not np.isfinite(speed):
+            raise ValueError(f"speed is {speed} rad/s: it must be finite.")
+        frequency = np.atleast_1d(np.asarray(frequency, dtype=float))
+        chosen = list(coordinates.values())
+        omega, at = np.asarray(radians(frequency)), np.full(len(frequency), float(speed))
+        H = np.empty((len(frequency), len(chosen), len(chosen)), dtype=complex)
+        for column, driven in enumerate(chosen):
+            force = np.zeros((len(frequency), len(self.M)), dtype=complex)
+            force[:, driven] = 1.0
+            H[:, :, column] = self.responses(omega, at, force)[:, chosen]
+        return FRF(frequency, H, tuple(coordinates))
 
     def foundation_share(self, modes: Modes) -> Array:
         """Part of each mode's kinetic energy that is the foundation's, (m,): 0 all shaft, 1 all foundation."""

@@ -16,14 +16,14 @@ from scipy import io as scipy_io
 
 from rbfound.arrays import frf_parts, read_mat, read_npz, texts
 from rbfound.exports import PARTS, from_arrays, from_json, to_json, to_mat
-from rbfound.folders import curves_of_file, curves_of_folder
+from rbfound.folders import MIXED, curves_of_file, curves_of_folder
 from rbfound.foundation import Foundation
 from rbfound.frf import FRF
 from rbfound.gathering import STATIC, Pair, gathered, seats_of
 from rbfound.quantities import parsed_unit, receptance, said_unit
 from rbfound.rows import decoded
 from rbfound.textfiles import COLUMNS, Curve
-from rbfound.writing import replaced, text_replaced
+from rbfound.writing import aside, replaced, text_replaced
 
 UNIVERSAL = (".uff", ".unv", ".ufb", ".u58")
 
@@ -111,8 +111,8 @@ def _from_arrays(path: Path, unit: str | None, quantity: str | None, force: floa
 def save_frf(frf: FRF, folder: str | os.PathLike[str]) -> None:
     """Write the FRFs as a folder of text files that `load_frf` reads, numbered after table 2; or as .npz or .mat.
 
-    The sets follow the forces y1, x1, y2, x2, the responses in each set x1, y1, x2, y2. Every file is written under
-    another name first and renamed when all are complete.
+    The sets follow the forces y1, x1, y2, x2, the responses in each set x1, y1, x2, y2. Every file is written aside
+    and renamed when all are complete; a folder in which that was interrupted is refused until it is saved again.
     """
     folder = Path(folder)
     if folder.suffix in (".npz", ".mat"):
@@ -123,7 +123,6 @@ def save_frf(frf: FRF, folder: str | os.PathLike[str]) -> None:
             f"The seats are {', '.join(frf.labels)}: file names can tell them only as x and y of each bearing, "
             "x1, y1, x2, y2, ..."
         )
-    folder.mkdir(parents=True, exist_ok=True)
     forces = [label for pair in zip(frf.labels[1::2], frf.labels[0::2], strict=True) for label in pair]
     texts: dict[str, str] = {}
     for force in forces:
@@ -136,11 +135,14 @@ def save_frf(frf: FRF, folder: str | os.PathLike[str]) -> None:
                 for f, *values in zip(frf.frequency, *columns, strict=True)
             ]
             texts[name] = "\n".join(["\t".join(COLUMNS), *rows, ""])
-    with tempfile.TemporaryDirectory(dir=folder) as aside:
+    with aside(folder) as new:
         for name, text in texts.items():
-            (Path(aside) / name).write_text(text, encoding="utf-8", newline="\n")
+            (new / name).write_text(text, encoding="utf-8", newline="\n")
+        # between two of these the folder holds files of two sets: `load_frf` refuses it until the last one is there
+        (folder / MIXED).touch()
         for name in texts:
-            os.replace(Path(aside) / name, folder / name)
+            os.replace(new / name, folder / name)
+        (folder / MIXED).unlink()
 
 
 def _save_arrays(frf: FRF, path: Path) -> None:

@@ -140,7 +140,10 @@ def equivalent_matrices(
         )
     condition = np.linalg.cond(Phi)
     if condition > 1 / np.finfo(float).eps:
-        raise ValueError(f"Phi is singular (condition number {condition:.1e}): two columns are the same mode.")
+        raise ValueError(
+            f"Phi is singular (condition number {condition:.1e}): two columns are the same mode, or two "
+            "seats move alike."
+        )
     if np.iscomplexobj(Phi):
         M, C, K = real_matrices(Phi.astype(complex), omega, zeta)
         foundation = Foundation(M, C, K, np.eye(len(labels)), labels, (*notes, *_warnings(Phi, labels)))

@@ -4,16 +4,23 @@ import re
 from pathlib import Path
 
 from rbfound.gathering import Pair
-from rbfound.rows import decoded
+from rbfound.rows import decoded, listed
 from rbfound.textfiles import Curve, curves_of
 
 NAME = re.compile(r"(?P<response>[xy]\d+)_from_(?P<force>[xy]\d+)\.(?:txt|csv|dat)$", re.IGNORECASE)
 # Sixty-four bearings would have four times as many.
 MOST_FILES = 4096
+# Stands in a folder while `rbfound.files.save_frf` puts the files of a new set in the place of an old one.
+MIXED = "half-written"
 
 
 def curves_of_folder(folder: Path, columns: str | None, pattern: str | None) -> tuple[dict[Pair, Curve], str]:
     """The FRF of each text file of a folder, and a hint at files whose names say no seats."""
+    if (folder / MIXED).exists():
+        raise ValueError(
+            f"{folder} was being written when that was interrupted, and may hold files of two sets: save it again. "
+            f"(If you know that its files belong together, remove the file {MIXED}.)"
+        )
     name = NAME if pattern is None else _pattern(pattern)
     numbered = "number" in name.groupindex
     matches = [
@@ -38,7 +45,7 @@ def curves_of_folder(folder: Path, columns: str | None, pattern: str | None) -> 
             raise ValueError(f"{paths[pair].name} and {path.name} in {folder} both hold {pair[0]} from {pair[1]}.")
         paths[pair] = path
     texts = [p.name for p in sorted(folder.iterdir()) if p.suffix.lower() == ".txt" and not name.search(p.name)]
-    hint = f" Files whose names say no pair of seats: {', '.join(texts)}." if texts else ""
+    hint = f" Files whose names say no pair of seats: {listed(texts)}." if texts else ""
     return {pair: _single(path, columns) for pair, path in paths.items()}, hint
 
 

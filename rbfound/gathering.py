@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from rbfound.frf import FRF
 from rbfound.quantities import parsed_unit, receptance, said_unit
+from rbfound.rows import listed
 from rbfound.textfiles import Curve
 
 Pair = tuple[str, str]
@@ -45,8 +46,8 @@ def gathered(
         other = [pair for pair in lost if (pair[1], pair[0]) in curves]
         ask = " fill=True takes H_ij for a missing H_ji." if len(other) == len(lost) else ""
         raise ValueError(
-            f"{where} holds {len(curves)} of the {len(labels) ** 2} FRFs between {', '.join(labels)}. "
-            f"Missing: {', '.join(f'{i} from {j}' for i, j in lost)}.{ask}{hint}"
+            f"{where} holds {len(curves)} of the {len(labels) ** 2} FRFs between {listed(labels)}. "
+            f"Missing: {listed(f'{i} from {j}' for i, j in lost)}.{ask}{hint}"
         )
     first = curves.get((labels[0], labels[0])) or next(iter(curves.values()))
     for curve in curves.values():

@@ -199,6 +199,12 @@ class FoundationGeometry:
         """z of the plane of symmetry [m]."""
         return self.web + self.stator_length / 2
 
+    @property
+    def pads(self) -> Array:
+        """Middles of the four pads [m], (4, 3)."""
+        webs = self.web / 2, 1.5 * self.web + self.stator_length
+        return np.array([(x, 0, z) for z in webs for x in (-self.pad_place, self.pad_place)])
+
     def on_pads(self, places: Array, pedestal: int | None = None) -> Flags:
         """Which of the places (3, n) lie in one of the four squares on the ground, or in the two of one pedestal."""
         x, y, z = places

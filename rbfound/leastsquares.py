@@ -53,7 +53,9 @@ class Problem:
         By how much the mean of H_ij and H_ji is surer than either: sqrt(2), or 1 if they are one measurement.
     nodes : Problem
         The same on fewer lines, each of which weighs as much as those it stands for. Modes are looked for there, and
-        sums that hold no data, J'J above all, are taken there. Residuals, J'r and what the fit ends at are those of all.
+        sums that hold no data, J'J above all, are taken there. Residuals, J'r and where the fit ends are those of all.
+    least : float
+        The noise is no less than this, however alike neighbouring lines are: 1 where the errors are known.
     """
 
     omega: Array
@@ -63,6 +65,7 @@ class Problem:
     columns: NDArray[np.intp]
     averaging: float = 1.0
     nodes: "Problem | None" = None
+    least: float = 0.0
 
     def thinned(self) -> "Problem":
         """The nodes; all lines if there are none."""
@@ -90,17 +93,21 @@ class State:
         )
 
 
-def problem_of(omega: Array, H: Complex, relative: bool = True) -> Problem:
+def problem_of(omega: Array, H: Complex, relative: bool = True, errors: Array | None = None) -> Problem:
     """The problem of fitting H (n, seats, seats), with weights for an error of |H|, or for one error everywhere.
 
-    The mean of H_ij and H_ji has half the variance of either, unless they are one measurement written twice.
+    The mean of H_ij and H_ji has half the variance of either, unless they are one measurement written twice. With
+    `errors` (n, seats, seats), one for each, the weights are theirs.
     """
     rows, columns = np.triu_indices(H.shape[1])
     mean = ((H + H.transpose(0, 2, 1)) / 2)[:, rows, columns].T.copy()
     averaging = 1.0 if np.array_equal(H, H.transpose(0, 2, 1)) else float(np.sqrt(2))
     size = size_of(mean, rows, columns) if relative else np.full(mean.shape, np.sqrt(np.mean(np.abs(mean) ** 2)))
     weight = np.where(rows != columns, averaging, 1.0)[:, None] / size
-    return Problem(omega, mean, weight, rows, columns, averaging)
+    if errors is not None:
+        both = np.hypot(errors, errors.transpose(0, 2, 1))[:, rows, columns].T / np.sqrt(2)
+        weight = np.where(rows != columns, averaging, 1.0)[:, None] / both
+    return Problem(omega, mean, weight, rows, columns, averaging, least=float(errors is not None))
 
 
 def size_of(H: Complex, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Array:
@@ -220,7 +227,8 @@ def refine(
     factor = 2.0
     error, thin = residuals(problem, state), problem.thinned()
     now = float(np.vdot(error, error).real)
-    for _ in range(iterations):
+    # without a mode there is nothing to move
+    for _ in range(iterations if len(state.omega) else 0):
         N, b = curvature(problem, state), gradient(problem, state, error)
         scale = scale_of(N)
         N /= scale[:, None] * scale
@@ -298,6 +306,6 @@ def noise_of(problem: Problem, state: State) -> float:
     """
     r = residuals(problem, state)
     if r.shape[1] < 3:
-        return float(np.sqrt(np.mean(np.abs(r) ** 2)))
+        return max(float(np.sqrt(np.mean(np.abs(r) ** 2))), problem.least)
     bend = r[:, 1:-1] - (r[:, 2:] + r[:, :-2]) / 2
-    return float(np.sqrt(np.median(np.abs(bend) ** 2) / (1.5 * np.log(2))))
+    return max(float(np.sqrt(np.median(np.abs(bend) ** 2) / (1.5 * np.log(2)))), problem.least)

@@ -50,12 +50,17 @@ def start(name: str, folder: Path) -> Live:
     return THINGS[name][1](folder)
 
 
-def opened(name: str, folder: Path) -> Live:
-    """Start a thing with a reader's own files: one file, or a folder of them, as `rbfound.load_frf` takes them."""
+def opened(name: str, folder: Path, unit: str = "") -> Live:
+    """Start a thing with a reader's own files: one file, or a folder of them, as `rbfound.load_frf` takes them.
+
+    Parameters
+    ----------
+    unit : of the responses, where the files do not say it
+    """
     if name not in OPENS:
         raise ValueError(f"{name} takes no files: {', '.join(OPENS)} does.")
     files = sorted(folder.iterdir())
-    return OPENS[name](files[0] if len(files) == 1 else folder)
+    return OPENS[name](files[0] if len(files) == 1 else folder, unit or None)
 
 
 def front(name: str) -> str:
@@ -112,8 +117,8 @@ def _peak_picker(folder: Path) -> Live:
     return _picker(bench_of(load_frf(folder / "fine"), rotor(), bearings(), truth), "pmsm")
 
 
-def _own_peak_picker(path: Path) -> Live:
-    return _picker(bench_of(load_frf(path)), "identify")
+def _own_peak_picker(path: Path, unit: str | None) -> Live:
+    return _picker(bench_of(load_frf(path, unit=unit)), "identify")
 
 
 def _picker(bench: Bench, method: str) -> Live:
@@ -150,4 +155,4 @@ THINGS: Mapping[str, tuple[str, Callable[[Path], Live]]] = {
     "unbalance": ("sliders", _unbalance),
     "reduction": ("sliders", _reduction),
 }
-OPENS: Mapping[str, Callable[[Path], Live]] = {"peak_picker": _own_peak_picker}
+OPENS: Mapping[str, Callable[[Path, str | None], Live]] = {"peak_picker": _own_peak_picker}

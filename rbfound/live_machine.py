@@ -99,10 +99,8 @@ def _campbell(machine: LightMachine, swept: Campbell, speed: float) -> dict[str,
     turn = whirl_direction(modes, system)
     speeds = rpm(swept.speeds)
     lines = [line("frequency = speed", [0.0, FASTEST], [0.0, FASTEST / 60], 5, thin=True)]
-    lines += [
-        line(SENSES[sense], speeds, frequency, sense)
-        for frequency, sense in zip(swept.frequency.T, map(_sense, swept.whirl.T), strict=True)
-    ]
+    for frequency, whirl in zip(swept.frequency.T, swept.whirl.T, strict=True):
+        lines += _in_senses(speeds, frequency, np.array([_sense(value) for value in whirl]))
     lines += [line("this speed", [speed, speed], [0.0, HIGHEST], 3, thin=True)]
     marks = [mark("", speed, f, _sense(w)) for f, w in zip(modes.frequency, turn, strict=True)]
     diagram = figure(
@@ -125,10 +123,20 @@ def _campbell(machine: LightMachine, swept: Campbell, speed: float) -> dict[str,
     return {"figures": [diagram], "tables": tables}
 
 
-def _sense(whirl: Any) -> int:
-    """0 forward, 1 backward, 2 neither, over speed for the most part."""
-    turn = np.atleast_1d(whirl)[-1] if np.isfinite(np.atleast_1d(whirl)[-1]) else 0.0
-    return 0 if turn > FLAT else 1 if turn < -FLAT else 2
+def _in_senses(speeds: Array, frequency: Array, senses: NDArray[np.int_]) -> list[dict[str, Any]]:
+    """A mode over speed in the style of its whirl: a line for each sense, with nan where it has another one."""
+    lines = []
+    for sense in np.unique(senses):
+        own = senses == sense
+        # up to where the next one begins
+        own[1:] |= own[:-1]
+        lines.append(line(SENSES[sense], speeds, np.where(own, frequency, np.nan), int(sense)))
+    return lines
+
+
+def _sense(whirl: float) -> int:
+    """0 forward, 1 backward, 2 neither, or not known."""
+    return 0 if whirl > FLAT else 1 if whirl < -FLAT else 2
 
 
 def _critical(swept: Campbell) -> dict[str, Any]:

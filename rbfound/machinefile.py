@@ -77,7 +77,9 @@ def load_machine(path: str | os.PathLike[str]) -> MachineFile:
     bearings = file.items(stored, "bearing", BEARING, ("position",))
     speeds = stored["speeds"]
     if len(speeds) != 2 or not 0 <= speeds[0] < speeds[1]:
-        raise file.error(("speeds",), f"is {speeds}: give the lowest and the highest [rev/min], such as [0, 12000]")
+        raise file.error(
+            ("speeds",), f"is {speeds!r:.60}: give the lowest and the highest [rev/min], such as [0, 12000]"
+        )
     with file.at("shaft"):
         element = shaft.pop("element", 0.05)
         made = Shaft(**shaft)
@@ -147,10 +149,10 @@ class _File:
             if not any(_is(value, each) for each in kinds):
                 words = {float: "a number", list: "a list", str: "a text", dict: "a table"}
                 raise self.error(
-                    (*where, key), f"is {value!r}: it must be {' or '.join(words[each] for each in kinds)}"
+                    (*where, key), f"is {value!r:.60}: it must be {' or '.join(words[each] for each in kinds)}"
                 )
             if isinstance(value, list) and key not in ("disk", "bearing") and not all(_is(v, float) for v in value):
-                raise self.error((*where, key), f"is {value!r}: it must be a list of finite numbers")
+                raise self.error((*where, key), f"is {value!r:.60}: it must be a list of finite numbers")
         for key in needed:
             if key not in table:
                 raise self.error((*where, key), "is missing")

@@ -51,9 +51,9 @@ def arrays_in(content: bytes, names: Collection[str], largest: int) -> dict[str,
         if kind == COMPRESSED:
             whole = _unpacked(data, largest)
             largest -= len(whole)
-            for inner, part in _elements(whole, 0, order):
-                if inner == MATRIX:
-                    _matrix(part, order, names, out)
+            # one array; its own size is no check, as Octave counts four bytes too many for some texts
+            if len(whole) >= 8 and struct.unpack_from(order + "I", whole)[0] == MATRIX:
+                _matrix(whole[8:], order, names, out)
         elif kind == MATRIX:
             _matrix(data, order, names, out)
     return out
@@ -112,7 +112,7 @@ def _matrix(data: bytes, order: str, names: Collection[str], out: dict[str, NDAr
     elif kind == LETTERS:
         codes = _values(name, *_next(elements), order, shape)
         rows = codes.reshape(shape[0], -1, order="F") if len(codes) else np.zeros((0, 0), dtype="u4")
-        if (rows.astype("i8") > 0x10FFFF).any() or (rows.astype("i8") < 0).any():
+        if codes.dtype.kind not in "iu" or (rows.astype("i8") > 0x10FFFF).any() or (rows.astype("i8") < 0).any():
             raise ValueError(f"{name} holds what is no letter")
         out[name] = np.array(["".join(map(chr, row)) for row in rows], dtype=str)
     else:

@@ -6,7 +6,7 @@ frequency, whatever the data are. What lies outside the band is the sum of a few
 band, has to be right. A mode is added wherever it lowers the misfit by more than noise would.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,9 @@ MOST = 16
 # Orders of the denominator that are tried, where the lines allow them.
 ORDERS = range(12, 25, 2)
 
+# Beyond this, or below its reciprocal [m/N], squares of receptances leave the range of numbers.
+HUGE = 1e100
+
 
 @dataclass(frozen=True, eq=False)
 class ModalFit:
@@ -68,13 +71,15 @@ class ModalFit:
         The same with what noise can hide outside the band: behind the parameters stand the entries i <= j of a free
         residue at each frequency of `hidden` (b,) [rad/s]. Error bars are made of it.
     noise : float
-        Standard deviation of the complex error of one FRF, as a part of |H| (relative=False: [m/N]), estimated from its
-        change from line to line.
+        Standard deviation of the complex error of one FRF, as a part of |H| (relative=False: [m/N]; with errors: of
+        these, and no less than 1), estimated from its change from line to line.
     misfit : (outputs, inputs)
         Root mean square of data - fit of each FRF, in the same unit. What exceeds the noise is an error of the model.
     band : (lowest, highest) [Hz]
     labels : names of the seats
     relative : whether errors are taken relative to |H|
+    errors : (n, seats, seats) [m/N]
+        Those that were given, on the lines of the band.
     """
 
     Phi: Array
@@ -90,6 +95,7 @@ class ModalFit:
     band: tuple[float, float]
     labels: tuple[str, ...] = SEATS
     relative: bool = True
+    errors: Array | None = None
 
     @property
     def frequency(self) -> Array:
@@ -109,18 +115,28 @@ class ModalFit:
 
 
 def identify(
-    frf: FRF, *, band: tuple[float, float] | None = None, modes: int | None = None, relative: bool = True
+    frf: FRF,
+    *,
+    band: tuple[float, float] | None = None,
+    modes: int | None = None,
+    relative: bool = True,
+    errors: Array | None = None,
 ) -> Foundation:
     """A foundation from its measured FRFs: all modes of a band, and the sum of those outside it.
 
     `print(foundation)` says how well it fits, which modes were found in the band, and which of them are unsure.
     Parameters and errors are those of `fit_modes`, which gives the covariance too.
     """
-    return fit_modes(frf, band=band, modes=modes, relative=relative).foundation()
+    return fit_modes(frf, band=band, modes=modes, relative=relative, errors=errors).foundation()
 
 
 def fit_modes(
-    frf: FRF, *, band: tuple[float, float] | None = None, modes: int | None = None, relative: bool = True
+    frf: FRF,
+    *,
+    band: tuple[float, float] | None = None,
+    modes: int | None = None,
+    relative: bool = True,
+    errors: Array | None = None,
 ) -> ModalFit:
     """Real modes fitted to all FRFs at once.
 
@@ -134,24 +150,31 @@ def fit_modes(
         How many modes the band holds, if you know.
     relative : bool
         Whether an FRF's error grows with |H| (a calibration, a finite number of averages) or is the same on all lines
-        and in all FRFs (the noise of a sensor).
+        and in all FRFs.
+    errors : (n, seats, seats) [m/N]
+        Standard deviation of the complex error of each receptance on each line, where a measurement tells it, as
+        `rbfound.averaging.Spectra.errors` does. Then `relative` counts for nothing.
 
     Raises
     ------
     ValueError
-        When the band lies outside the data or holds too few lines, `modes` is below 1 or cannot be told apart, or no
-        mode is found.
+        When the band lies outside the data or holds too few lines, `modes` is below 1 or cannot be told apart, an
+        error is not positive, or no mode is found.
     """
     part, band = lines_in(frf, band)
     _check(part, band, modes)
-    problem = problem_of(np.asarray(radians(part.frequency)), part.H, relative)
+    if errors is not None:
+        errors, relative = _errors(frf, part, errors), False
+    problem = problem_of(np.asarray(radians(part.frequency)), part.H, relative, errors)
     poles = _poles(part)
     edges = float(problem.omega[0]), float(problem.omega[-1])
     zeta = float(np.clip(np.median(-poles.real / np.abs(poles)), 2e-3, 0.05)) if len(poles) else 0.02
     problem = compressed(problem, poles, relative, FINEST * scale_of_data(problem))
     state = completed(problem, first_modes(problem.thinned(), poles), edges, zeta, MOST)
+    _check_any(len(state.omega), band)
     suspects = inside(state, edges) & doubtful(problem, state, *_deviation(problem, state))
     state = pruned(problem, state, np.flatnonzero(suspects))
+    _check_any(len(state.omega), band)
     if modes is not None:
         state = counted(problem, state, edges, zeta, modes)
     if relative:
@@ -161,12 +184,8 @@ def fit_modes(
     for lines in (problem.thinned(), problem):
         state, _ = refine(lines, state, small=small, damping=SURE, iterations=40)
     state = state.only(np.argsort(state.omega))
-    if not inside(state, edges).any():
-        raise ValueError(
-            f"No mode was found between {band[0]:g} and {band[1]:g} Hz: the FRFs have no resonance there, or too few "
-            "lines."
-        )
-    return _judged(problem, part, state, edges, band, relative)
+    _check_any(int(inside(state, edges).sum()), band)
+    return _judged(problem, part, state, edges, band, relative, errors)
 
 
 def _check(part: FRF, band: tuple[float, float], modes: int | None) -> None:
@@ -180,8 +199,34 @@ def _check(part: FRF, band: tuple[float, float], modes: int | None) -> None:
             f"Only {lines} lines lie between {band[0]:g} and {band[1]:g} Hz: {seats} seats and {modes or 'some'} modes "
             f"need at least {least}."
         )
-    if not np.abs(part.H).any():
+    largest = np.abs(part.H).max()
+    if largest == 0:
         raise ValueError(f"All receptances between {band[0]:g} and {band[1]:g} Hz are zero: nothing moves.")
+    if not 1 / HUGE < largest < HUGE:
+        raise ValueError(f"The largest receptance is {largest:.1g} m/N: is its unit right?")
+
+
+def _check_any(found: int, band: tuple[float, float]) -> None:
+    if not found:
+        raise ValueError(
+            f"No mode was found between {band[0]:g} and {band[1]:g} Hz: the FRFs have no resonance there, or too few "
+            "lines."
+        )
+
+
+def _errors(frf: FRF, part: FRF, errors: Array) -> Array:
+    """The errors on the lines of the band."""
+    if np.shape(errors) != frf.H.shape:
+        raise ValueError(f"errors has shape {np.shape(errors)}: there must be one for each entry of H, {frf.H.shape}.")
+    errors = np.asarray(errors, dtype=float)[np.isin(frf.frequency, part.frequency)]
+    bad = ~(np.isfinite(errors) & (errors > 0))
+    if bad.any():
+        line, i, j = np.argwhere(bad)[0]
+        raise ValueError(
+            f"errors at {part.frequency[line]:g} Hz, response {frf.labels[i]} to a force at {frf.labels[j]}, is "
+            f"{errors[line, i, j]}: a standard deviation must be positive and finite."
+        )
+    return errors
 
 
 def _poles(part: FRF) -> Complex:
@@ -199,7 +244,13 @@ def _deviation(problem: Problem, state: State) -> tuple[Array, float]:
 
 
 def _judged(
-    problem: Problem, part: FRF, state: State, edges: tuple[float, float], band: tuple[float, float], relative: bool
+    problem: Problem,
+    part: FRF,
+    state: State,
+    edges: tuple[float, float],
+    band: tuple[float, float],
+    relative: bool,
+    errors: Array | None,
 ) -> ModalFit:
     """What the fit is worth: covariance, noise, misfit, and which modes the data hardly determine."""
     covariance, spread = covariance_of(problem, state)
@@ -215,7 +266,7 @@ def _judged(
     both = np.where(problem.rows == problem.columns, 1.0, problem.averaging)[:, None]
     one[:, problem.rows, problem.columns] = one[:, problem.columns, problem.rows] = (problem.weight / both).T
     # with the same error everywhere all weights are one number
-    unit = 1.0 if relative else float(one[0, 0, 0])
+    unit = 1.0 if relative or errors is not None else float(one[0, 0, 0])
     misfit = np.sqrt(np.mean(np.abs((part.H - model) * one) ** 2, axis=0)) / unit
     noise = noise_of(problem, state) / unit
     unsure = own & doubtful(problem, state, deviation, spread)
@@ -233,12 +284,13 @@ def _judged(
         band,
         part.labels,
         relative,
+        errors,
     )
 
 
 def _notes(fit: ModalFit) -> tuple[str, ...]:
     """How well it did, in sentences."""
-    unit = " of |H|" if fit.relative else " m/N"
+    unit = " of |H|" if fit.relative else " m/N" if fit.errors is None else " times the errors given"
 
     def told(value: float) -> str:
         return f"{100 * value:.3g} %{unit}" if fit.relative else f"{value:.3g}{unit}"

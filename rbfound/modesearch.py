@@ -31,9 +31,6 @@ WORTH, WORTH_OUTSIDE = 20.0, 7.0
 # A pseudo-mode that does less, in units of the noise's variance, stands for nothing.
 IDLE = 2.0
 
-# A remainder of many pseudo-modes in place of few lowers it by chance, too, and by less than this.
-ARRANGED = 20.0
-
 # A search that goes on ends at a step that lowers the cost by less than this part of it.
 ROUGH = 0.0003
 
@@ -69,28 +66,27 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
     tried = candidates(*edges, zeta)
     within = (tried >= edges[0]) & (tried <= edges[1])
     thin, variance = problem.thinned(), variance_of(problem, state)
-    added, whole, thorough, left = 0, False, False, np.inf
+    added, whole, thorough = 0, False, False
     while True:
-        # a rough fit tells where a mode is missing; that none is, is said at the end of the search only
+        # a rough fit tells where a mode of the band is missing; that none is, and whether those outside it do, a good one
         small, rough, damping = (0.02 * variance, 0.0, SURE) if thorough else (variance, ROUGH, CAREFUL)
-        before = left
         state, left = refine(thin, state, small=small, rough=rough, damping=damping, iterations=80)
-        if thorough and before - left < variance:
-            return state
         variance = variance_of(problem, state)
         idle = ~inside(state, edges) & (weight_of(thin, state) < IDLE * variance)
         if idle.any():
             state = state.only(~idle)
+            if idle.all():
+                return state
             continue
         if added < most and left > FINEST**2 * problem.H.size:
             new, gain = missing_mode(thin, state, tried, zeta)
             least = variance * np.where(within, WORTH, WORTH_OUTSIDE)
             best = int(np.where(gain > least, gain, 0.0).argmax())
-            more = None
-            if gain[best] > least[best] and not within[best] and not whole:
+            found, more = gain[best] > least[best] and (thorough or within[best]), None
+            if found and not within[best] and not whole:
                 whole = True
                 more = _with_other_remainder(thin, state, left, edges, zeta, variance)
-            if more is None and gain[best] > least[best]:
+            if found and more is None:
                 added += 1
                 more = _added(thin, state, left, new.only(np.array([best])), float(least[best]))
             if more is not None:
@@ -109,7 +105,9 @@ def _with_other_remainder(
     if other is None:
         return None
     more, then = refine(problem, other, small=0.02 * variance, iterations=80)
-    return more if left - then > ARRANGED * variance else None
+    # a parameter lowers the cost by half of this by chance (Akaike 1974, doi:10.1109/TAC.1974.1100705)
+    chance = variance * (len(more.omega) - len(state.omega)) * (len(more.Phi) + 2)
+    return more if left - then > chance else None
 
 
 def _added(problem: Problem, state: State, left: float, new: State, least: float) -> State | None:

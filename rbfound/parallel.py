@@ -2,7 +2,7 @@
 
 import sys
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Executor
 from typing import TextIO, TypeVar
 
@@ -21,10 +21,13 @@ def run(
     executor: Executor | None = None,
     progress: bool | None = None,
     title: str = "",
+    begun: Sequence[Result] = (),
+    keep: Callable[[list[Result]], object] | None = None,
 ) -> list[Result]:
     """The task's result for each item, in the order of the items.
 
-    An interrupt (Ctrl-C) or an error of the task cancels what has not begun.
+    An interrupt (Ctrl-C) or an error of the task cancels what has not begun. What `keep` has put somewhere safe by then
+    can be handed in again as `begun`.
 
     Parameters
     ----------
@@ -36,13 +39,23 @@ def run(
     progress : bool, optional
         Whether a bar is written to stderr. Unless given: on a terminal, once the work has taken two seconds.
     title : what the bar says in front
+    begun : results of the first items, from a run that was interrupted; these are not worked off again
+    keep : function of the results so far, called after each one
     """
-    results: list[Result] = []
-    done: Iterable[Result] = map(task, items) if executor is None else executor.map(task, items)
+    results = list(begun[: len(items)])
+    rest = items[len(results) :]
+    done: Iterator[Result] = map(task, rest) if executor is None else iter(executor.map(task, rest))
     with _Bar(len(items), title, progress, sys.stderr) as bar:
-        for result in done:
-            results.append(result)
-            bar.show(len(results))
+        try:
+            for result in done:
+                results.append(result)
+                if keep is not None:
+                    keep(results)
+                bar.show(len(results))
+        finally:
+            # an executor's iterator cancels, when it is closed, what has not begun
+            if isinstance(done, Generator):
+                done.close()
     return results
 
 

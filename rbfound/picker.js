@@ -1,14 +1,15 @@
 // The peak picker: FRFs on a canvas, peaks that can be moved, and what follows from them. No library, no network.
 //
 // Its host computes. It is spoken to through model.get, model.set, model.save_changes and model.on("change:name"), as
-// anywidget gives them; any page that supplies these four can be the host. The host gives `scene` and `data` once, takes
-// `peaks`, `method` and `stamp`, and answers with `result` (which bears the stamp) and `curves`: see rbfound/frontend.py.
+// anywidget gives them; any page that supplies these four can be the host. One that has model.send too is sent what has
+// changed as a message. The host gives `scene` and `data` once, takes `peaks`, `method` and `stamp`, and answers with
+// `result` (which bears the stamp) and `curves`: see rbfound/frontend.py.
 
 const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3], [4, 2], [12, 4]];
 const NEAR = { mouse: 9, touch: 22, pen: 14 };
 const WIDE = { left: 62, right: 14, lane: 46, gap: 12, foot: 34, comb: 62 };
 const SUPER = "⁰¹²³⁴⁵⁶⁷⁸⁹";
-const PATIENCE = 4000;
+const PATIENCE = 4000, AHEAD = 2;
 
 const bound = (x, low, high) => Math.min(Math.max(x, low), high);
 const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
@@ -18,6 +19,14 @@ function make(parent, tag, properties = {}, attributes = {}) {
   for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
   parent?.append(made);
   return made;
+}
+
+// A text, or what else is said of an element, written where it differs: what is written is laid out again.
+function put(node, value, name = "textContent") {
+  if (node[name] !== value) node[name] = value;
+}
+function attribute(node, name, value) {
+  if (node.getAttribute(name) !== value) node.setAttribute(name, value);
 }
 
 // Bytes of any kind, as a host may hand them over, as 32-bit floats.
@@ -126,7 +135,7 @@ class Picker {
     this.pointers = new Map();
     this.handles = [];
     this.cleanups = [];
-    this.busy = 0;
+    this.asking = new Map();
     this.build(el);
     this.listen();
     this.received();
@@ -260,6 +269,9 @@ class Picker {
     this.on(plot, "pointerdown", (e) => this.down(e));
     this.on(plot, "pointermove", (e) => this.move(e));
     for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) this.on(plot, name, (e) => this.up(e));
+    // a finger on a peak, or two of them, have the picture; one on the background goes up and down with the page
+    this.on(plot, "touchmove", (e) => { if (e.cancelable && (this.drag?.pinch || this.drag?.k !== undefined)) e.preventDefault(); },
+      { passive: false });
     this.on(plot, "wheel", (e) => this.wheel(e), { passive: false });
     this.on(plot, "dblclick", (e) => this.twice(e));
     this.on(plot, "keydown", (e) => this.key(e));
@@ -294,20 +306,30 @@ class Picker {
   // The sheet's colours; before the picker is part of the page there are none.
   colour() {
     const style = getComputedStyle(this.root);
-    this.ink = (name) => style.getPropertyValue(`--${name}`).trim();
+    const known = {};
+    this.ink = (name) => (known[name] ||= style.getPropertyValue(`--${name}`).trim());
     this.colours = this.scene.labels.map((_, k) => this.ink(`seat${k % 6}`));
   }
 
   // ---- the host ----
+  // A few questions may be on their way, so that the host need not wait for the picture; of those that would be more,
+  // the latest counts. A notebook lets one change of a model through at a time, but messages at once.
   send() {
-    if (this.busy) { this.again = true; return; }
+    if (this.asking.size >= (this.model.send ? AHEAD : 1)) { this.again = true; return; }
     this.again = false;
-    this.busy = Math.ceil(Math.random() * 1e9);
-    this.sent = this.moved ?? performance.now();
-    this.model.set("peaks", this.peaks.map((p) => ({ ...p })));
-    this.model.set("method", this.method);
-    this.model.set("stamp", this.busy);
-    this.model.save_changes();
+    const stamp = Math.ceil(Math.random() * 1e9);
+    const asked = { peaks: this.peaks.map((p) => ({ ...p })), method: this.method, stamp };
+    this.asking.set(stamp, this.moved ?? performance.now());
+    for (const [name, value] of Object.entries(asked)) this.model.set(name, value);
+    clearTimeout(this.timer);
+    try {
+      if (this.model.send) this.model.send(asked); else this.model.save_changes();
+    } catch {
+      // a notebook that was made a page, or one whose kernel is gone
+      this.asking.clear();
+      this.say("No Python runs behind this picture: what is shown belongs to the peaks as they were before.", "stale");
+      return;
+    }
     this.timer = setTimeout(() => this.waiting(), 300);
   }
   waiting() {
@@ -315,17 +337,19 @@ class Picker {
     this.say(this.method === "identify" ? "Fitting all modes…" : "Computing…", "wait");
     this.timer = setTimeout(() => {
       this.say("Python has not answered: what is shown belongs to the peaks as they were before.", "stale");
-      this.busy = 0;
+      this.asking.clear();
     }, this.method === "identify" ? 10 * PATIENCE : PATIENCE);
   }
   received() {
     const result = this.model.get("result");
     if (!result || !Object.keys(result).length) return;
-    if (result.stamp === this.busy) {
-      this.busy = 0;
-      this.asked = this.sent;
-      clearTimeout(this.timer);
+    this.asked = this.asking.get(result.stamp);
+    // answers come in order: one that was skipped does not come any more
+    for (const stamp of this.asked === undefined ? [] : [...this.asking.keys()]) {
+      this.asking.delete(stamp);
+      if (stamp === result.stamp) break;
     }
+    if (!this.asking.size) clearTimeout(this.timer);
     this.root.removeAttribute("aria-busy");
     this.result = result;
     if (!result.message) {
@@ -343,12 +367,11 @@ class Picker {
     if (this.again) this.send();
     this.draw();
     this.renderSide();
-    this.updateHandles();
   }
   // The host has other peaks or another method than this view.
   told() {
     const peaks = this.model.get("peaks") ?? [], method = this.model.get("method");
-    if (this.drag || this.busy || (same(peaks, this.peaks) && method === this.method)) return;
+    if (this.drag || this.asking.size || (same(peaks, this.peaks) && method === this.method)) return;
     [this.peaks, this.method] = [peaks.map((p) => ({ ...p })), method];
     this.methodChoice.value = method;
     this.selected = bound(this.selected, 0, Math.max(peaks.length - 1, 0));
@@ -434,11 +457,12 @@ class Picker {
     Object.assign(peak, { frequency: near.frequency, damping: null });
     this.changed(k);
   }
+  // The question first: the line is drawn while it is on its way.
   changed(k) {
-    this.updateHandles();
+    this.send();
+    this.lineMoved ??= this.moved;
     this.speak(k);
     this.redraw();
-    this.send();
   }
   // Said once the hand rests: a screen reader would otherwise never come to an end.
   speak(k) {
@@ -540,36 +564,42 @@ class Picker {
     peaks.forEach((peak, k) => {
       const handle = this.handles[k], name = this.name(k), seat = this.seatOf(k), on = k === this.selected;
       const text = on && !this.found() && !this.box?.narrow ? `${name}  ${number(peak.frequency)} Hz` : name;
-      if (handle.textContent !== text) handle.textContent = text;
-      handle.classList.toggle("is-on", on);
-      handle.style.setProperty("--own", seat < 0 ? this.ink("ink") : this.colours[seat]);
-      handle.style.setProperty("--style", ["solid", "dashed", "dotted", "double"][Math.max(seat, 0) % 4]);
-      handle.setAttribute("aria-label", `Peak ${name}`);
-      handle.setAttribute("aria-valuenow", peak.frequency.toFixed(2));
-      handle.setAttribute("aria-valuetext", this.describe(k));
+      put(handle, text);
+      this.dress(handle, seat, on);
+      attribute(handle, "aria-label", `Peak ${name}`);
+      attribute(handle, "aria-valuenow", peak.frequency.toFixed(2));
+      attribute(handle, "aria-valuetext", this.describe(k));
       const row = this.rows[k];
       if (row) this.updateRow(row, peak, k, name, seat, on);
     });
-    this.front.setAttribute("aria-label", `Frequency response functions of ${[...this.shown].map((c) => this.pair(c)).join(", ")}` +
+    attribute(this.front, "aria-label", `Frequency response functions of ${[...this.shown].map((c) => this.pair(c)).join(", ")}` +
       ` from ${number(this.view.low)} to ${number(this.view.high)} hertz. Peaks: ${peaks.map((p, k) =>
         `${this.name(k)} at ${number(p.frequency)} hertz`).join(", ") || "none"}.`);
   }
   updateRow(row, peak, k, name, seat, on) {
-    const w = this.width(k), fill = (input, value) => { if (document.activeElement !== input) input.value = value; };
-    row.row.classList.toggle("is-on", on);
-    row.row.style.setProperty("--own", this.colours[seat]);
-    row.row.style.setProperty("--style", ["solid", "dashed", "dotted", "double"][Math.max(seat, 0) % 4]);
-    if (row.name.textContent !== name) row.name.textContent = name;
+    const w = this.width(k), fill = (input, value) => { if (document.activeElement !== input) put(input, value, "value"); };
+    this.dress(row.row, seat, on);
+    put(row.name, name);
     fill(row.frequency, peak.frequency.toFixed(2));
-    row.frequency.setAttribute("aria-label", `frequency of peak ${name} in hertz`);
-    row.points.textContent = w ? `${w.low.toFixed(1)} … ${w.high.toFixed(1)}` : "–";
-    row.width.textContent = w ? (w.high - w.low).toFixed(2) : "–";
+    attribute(row.frequency, "aria-label", `frequency of peak ${name} in hertz`);
+    put(row.points, w ? `${w.low.toFixed(1)} … ${w.high.toFixed(1)}` : "–");
+    put(row.width, w ? (w.high - w.low).toFixed(2) : "–");
     fill(row.damping, w ? (100 * w.damping).toPrecision(3) : "");
-    row.damping.setAttribute("aria-label", `damping ratio of peak ${name} in percent`);
-    row.damping.title = w?.read ? "read from the curve" : "set by hand; snap reads it from the curve again";
+    attribute(row.damping, "aria-label", `damping ratio of peak ${name} in percent`);
+    put(row.damping, w?.read ? "read from the curve" : "set by hand; snap reads it from the curve again", "title");
     row.damping.classList.toggle("is-own", !w?.read);
-    row.snap.setAttribute("aria-label", `snap peak ${name} to the nearest maximum`);
-    row.gone.setAttribute("aria-label", `delete peak ${name}`);
+    attribute(row.snap, "aria-label", `snap peak ${name} to the nearest maximum`);
+    attribute(row.gone, "aria-label", `delete peak ${name}`);
+  }
+  // Colour and stroke of a peak's seat.
+  dress(node, seat, on) {
+    const own = seat < 0 ? this.ink("ink") : this.colours[seat];
+    const style = ["solid", "dashed", "dotted", "double"][Math.max(seat, 0) % 4];
+    node.classList.toggle("is-on", on);
+    if (node.worn === own + style) return;
+    node.worn = own + style;
+    node.style.setProperty("--own", own);
+    node.style.setProperty("--style", style);
   }
   pair(code) {
     const { labels } = this.scene;
@@ -577,85 +607,104 @@ class Picker {
   }
 
   // ---- what follows from the peaks ----
+  // Built when its shape changes; then only what differs is written, as this happens with each move.
   renderSide() {
     const { good } = this;
     if (!good) return;
+    const shape = JSON.stringify([good.Phi[0].length, good.matrices ? 0 : good.coordinates, good.under.length, good.alone.length]);
+    if (shape !== this.shape) {
+      this.shape = shape;
+      this.fills = [];
+      this.buildSide(good);
+    }
+    for (const fill of this.fills) fill(this.good);
+  }
+  buildSide(good) {
     const box = document.createDocumentFragment(), below = document.createDocumentFragment();
-    this.sideCondition(box, good);
-    const card = (title, unit = "", note = "", where = box) => {
-      const part = make(where, "section", { className: "rbp-card" });
-      const head = make(part, "h4", { textContent: title });
-      if (unit) make(head, "small", { textContent: ` ${unit}` });
-      if (note) make(part, "p", { textContent: note });
-      return part;
-    };
-    const scaled = (name, index, unit, note, values, columns) => {
-      const part = card(name), head = part.querySelector("h4"), size = Math.max(...values.flat().map(Math.abs));
-      const power = size >= 1e4 || size < 1 ? Math.floor(Math.log10(size || 1)) : 0;
-      if (index) make(head, "sub", { textContent: index });
-      make(head, "small", { textContent: ` [${power ? `10${raised(power)} ` : ""}${unit}]${note}` });
-      this.matrix(part, values.map((row) => row.map((v) => v / 10 ** power)), columns);
-    };
-    scaled("Φ", "", "1/√kg", ", a column for each peak", good.Phi, good.columns.map((c) => c.replace(/ (?=[\d.]+ Hz)/, "\n")));
+    this.buildCondition(box);
+    this.buildMatrix(box, "Φ", "", "1/√kg", ", a column for each peak", good.Phi[0].length, (told) => told.Phi,
+      (told) => told.columns.map((c) => c.replace(/ (?=[\d.]+ Hz)/, "\n")));
     if (good.matrices) {
       for (const [name, unit] of [["M", "kg"], ["C", "N s/m"], ["K", "N/m"]]) {
-        scaled(name, "e", unit, "", good.matrices[name], this.scene.labels);
+        this.buildMatrix(box, name, "e", unit, "", this.seats, (told) => told.matrices[name], () => this.scene.labels);
       }
     } else {
-      card("M, C, K", "", `${good.coordinates} modal coordinates: M is the unit matrix, C = diag(2ζω) and K = diag(ω²). ` +
-        "Φ shows the modes of the band.");
+      const part = this.card(box, "M, C, K");
+      make(part, "p", { textContent: `${good.coordinates} modal coordinates: M is the unit matrix, C = diag(2ζω) and ` +
+        "K = diag(ω²). Φ shows the modes of the band." });
     }
-    if (this.scene.rotor) this.frequencies(card("Under the rotor at rest", "[Hz]", "", below), good.under);
-    this.frequencies(card("Foundation alone", "[Hz]", "", below), good.alone);
+    if (this.scene.rotor) this.buildFrequencies(below, "Under the rotor at rest", "under", good.under.length);
+    this.buildFrequencies(below, "Foundation alone", "alone", good.alone.length);
     this.side.replaceChildren(box);
     this.below.replaceChildren(below);
   }
-  sideCondition(box, good) {
-    const part = make(box, "section", { className: "rbp-card rbp-cond" }), c = good.condition;
-    make(part, "h4", { textContent: "cond(Φ)" });
-    make(part, "strong", { textContent: number(c, 3) });
-    const words = c < 10 ? "the shapes are distinct" : c < 100 ? "the shapes are alike"
-      : c < 1000 ? "two columns are nearly one mode" : "one mode twice: M, C, K are made of reading errors";
-    make(part, "span", { textContent: words });
-    const scale = make(part, "div", { className: "rbp-scale" }, { "aria-hidden": "true" });
-    make(scale, "i").style.left = `${bound(Math.log10(c) / 5, 0, 1) * 100}%`;
+  card(where, title, kind = "") {
+    const part = make(where, "section", { className: `rbp-card ${kind}` });
+    make(part, "h4", { textContent: title });
+    return part;
+  }
+  buildCondition(box) {
+    const part = this.card(box, "cond(Φ)", "rbp-cond"), value = make(part, "strong"), words = make(part, "span");
+    const scale = make(part, "div", { className: "rbp-scale" }, { "aria-hidden": "true" }), point = make(scale, "i");
     const ends = make(part, "div", { className: "rbp-ends" }, { "aria-hidden": "true" });
     for (let k = 0; k <= 5; k++) make(ends, "span", { textContent: k ? `10${raised(k)}` : "1" });
-  }
-  matrix(part, values, columns) {
-    const table = make(part, "table", { className: `rbp-matrix${columns.length > this.seats ? " is-long" : ""}` }), head = make(make(table, "thead"), "tr");
-    make(head, "td");
-    for (const name of columns) make(head, "th", { textContent: name, scope: "col" });
-    const body = make(table, "tbody"), size = Math.max(...values.flat().map(Math.abs)) || 1;
-    values.forEach((entries, i) => {
-      const row = make(body, "tr");
-      make(row, "th", { textContent: this.scene.labels[i], scope: "row" });
-      for (const value of entries) {
-        const cell = make(row, "td", {
-          textContent: minus(Math.abs(value) < 0.01 ? value.toFixed(4) : Math.abs(value) < 1000 ? value.toPrecision(3) : value.toFixed(0)),
-        });
-        cell.style.setProperty("--share", `${Math.round((42 * Math.abs(value)) / size)}%`);
-        cell.className = value < 0 ? "is-minus" : "is-plus";
-      }
+    this.fills.push(({ condition: c }) => {
+      put(value, number(c, 3));
+      put(words, c < 10 ? "the shapes are distinct" : c < 100 ? "the shapes are alike"
+        : c < 1000 ? "two columns are nearly one mode" : "one mode twice: M, C, K are made of reading errors");
+      point.style.left = `${bound(Math.log10(c) / 5, 0, 1) * 100}%`;
     });
-    part.classList.add("rbp-scroll");
-    part.tabIndex = columns.length > this.seats ? 0 : -1;
   }
-  frequencies(part, rows) {
+  buildMatrix(box, name, index, unit, note, count, values, columns) {
+    const part = this.card(box, name, "rbp-scroll"), head = part.firstChild, long = count > this.seats;
+    if (index) make(head, "sub", { textContent: index });
+    const small = make(head, "small");
+    part.tabIndex = long ? 0 : -1;
+    const table = make(part, "table", { className: `rbp-matrix${long ? " is-long" : ""}` }), top = make(make(table, "thead"), "tr");
+    make(top, "td");
+    const names = Array.from({ length: count }, () => make(top, "th", { scope: "col" }));
+    const body = make(table, "tbody");
+    const cells = this.scene.labels.map((label) => {
+      const row = make(body, "tr");
+      make(row, "th", { textContent: label, scope: "row" });
+      return names.map(() => make(row, "td"));
+    });
+    this.fills.push((told) => {
+      const rows = values(told), size = Math.max(...rows.flat().map(Math.abs)) || 1;
+      const power = size >= 1e4 || size < 1 ? Math.floor(Math.log10(size)) : 0;
+      put(small, ` [${power ? `10${raised(power)} ` : ""}${unit}]${note}`);
+      columns(told).forEach((text, j) => put(names[j], text));
+      rows.forEach((entries, i) => entries.forEach((entry, j) => {
+        const cell = cells[i][j], value = entry / 10 ** power, text = Math.abs(value) < 0.01 ? value.toFixed(4)
+          : Math.abs(value) < 1000 ? value.toPrecision(3) : value.toFixed(0);
+        put(cell, minus(text));
+        put(cell, value < 0 ? "is-minus" : "is-plus", "className");
+        const share = `${Math.round((42 * Math.abs(entry)) / size)}%`;
+        if (cell.share !== share) cell.style.setProperty("--share", (cell.share = share));
+      }));
+    });
+  }
+  buildFrequencies(box, title, key, count) {
+    const part = this.card(box, title), compared = Boolean(this.scene.truth);
+    make(part.firstChild, "small", { textContent: " [Hz]" });
     const table = make(part, "table", { className: "rbp-frequencies" }), head = make(make(table, "thead"), "tr");
-    const compared = Boolean(this.scene.truth);
     const names = compared ? ["truth", "picked", "off [%]"] : ["picked"];
     for (const name of names) make(head, "th", { textContent: name, scope: "col" });
     const body = make(table, "tbody");
-    for (const [truth, found] of rows) {
-      const row = make(body, "tr"), off = truth && found ? 100 * (found / truth - 1) : null;
-      if (compared) make(row, "td", { textContent: truth ? truth.toFixed(1) : "–" });
-      make(row, "td", { textContent: found ? found.toFixed(1) : "–" });
-      if (!compared) continue;
-      const text = off === null ? (truth ? "missing" : "extra")
-        : Math.abs(off) < 0.005 ? "0.00" : minus(`${off < 0 ? "" : "+"}${off.toFixed(2)}`);
-      make(row, "td", { textContent: text, className: off === null ? "is-word" : Math.abs(off) > 1 ? "is-off" : "" });
-    }
+    const cells = Array.from({ length: count }, () => {
+      const row = make(body, "tr");
+      return names.map(() => make(row, "td"));
+    });
+    this.fills.push((told) => told[key].forEach(([truth, found], k) => {
+      const own = cells[k], hertz = (f) => (f ? f.toFixed(1) : "–");
+      put(own[names.indexOf("picked")], hertz(found));
+      if (!compared) return;
+      put(own[0], hertz(truth));
+      const off = truth && found ? 100 * (found / truth - 1) : null;
+      put(own[2], off === null ? (truth ? "missing" : "extra")
+        : Math.abs(off) < 0.005 ? "0.00" : minus(`${off < 0 ? "" : "+"}${off.toFixed(2)}`));
+      put(own[2], off === null ? "is-word" : Math.abs(off) > 1 ? "is-off" : "", "className");
+    }));
   }
 
   // ---- axes ----
@@ -842,14 +891,17 @@ class Picker {
       this.drawBase();
     }
     this.drawFront();
+    this.updateHandles();
     this.placeHandles();
-    if (all) this.updateHandles();
-    if (this.fresh) {
-      this.fresh = false;
-      // from the move that was asked about, for those who measure
-      const latency = performance.now() - this.asked;
-      this.root.dispatchEvent(new CustomEvent("rbfound-drawn", { bubbles: true, detail: { latency, result: this.result } }));
-    }
+    // for those who measure: from the move to its line, and from the move that was asked about to what follows from it
+    if (this.lineMoved) this.announce("rbfound-moved", this.lineMoved);
+    this.lineMoved = undefined;
+    if (this.fresh) this.announce("rbfound-drawn", this.asked);
+    this.fresh = false;
+  }
+  announce(name, since) {
+    const detail = { latency: since === undefined ? null : performance.now() - since, result: this.result };
+    this.root.dispatchEvent(new CustomEvent(name, { bubbles: true, detail }));
   }
   fitCanvas(width) {
     const unit = Math.min(devicePixelRatio || 1, 3), narrow = width < 520;
@@ -1079,7 +1131,9 @@ class Picker {
     const text = `${number(w.high - w.low, 3)} Hz wide, ζ ${number(100 * w.damping, 3)} %`;
     const wide = context.measureText(text).width, { left, right } = this.box;
     const fits = b + 12 + wide < right;
-    const x = fits ? b + 12 : Math.max(a - 12, left + wide + 4), at = bound(y, upper[0] + 26, upper[1] - 10);
+    const x = fits ? b + 12 : Math.max(a - 12, left + wide + 4), end = fits ? x + wide : x;
+    // below the panel's name, and below the buttons where it would come to lie under them
+    const at = bound(y, upper[0] + (end > right - 120 ? 50 : 26), upper[1] - 10);
     context.fillStyle = this.ink("paper");
     context.globalAlpha = 0.85;
     context.fillRect((fits ? x : x - wide) - 4, at - 9, wide + 8, 18);
@@ -1184,7 +1238,7 @@ class Picker {
   }
 }
 
-export function render({ model, el }) {
+function render({ model, el }) {
   const picker = new Picker(model, el);
   return () => picker.remove();
 }

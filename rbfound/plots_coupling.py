@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rbfound.plots import BLACK, BLUE, LINES, styled
+from rbfound.plots import BLACK, BLUE, LINES, RED, SKY, styled
 
 
 @styled
@@ -39,8 +39,9 @@ def passivity(frequency: ArrayLike, levels: Mapping[str, ArrayLike]) -> None:
     lowest = min(float(np.min(values)) for values in levels.values())
     ax.axhspan(110 * lowest, 0, color="#eeeeee")
     ax.axhline(0, color=BLACK, lw=0.8)
-    # the noisiest first, so that it hides nothing
-    pairs = list(zip(levels.items(), LINES, markers, strict=False))
+    # the noisiest first, so that it hides nothing, and the lightest, so that it is another one without colour too
+    shades = ((BLACK, "-"), (RED, ""), (SKY, ""))
+    pairs = list(zip(levels.items(), shades, markers, strict=False))
     for (name, values), (color, line), marker in reversed(pairs):
         style = "None" if marker else line
         ax.plot(frequency, 100 * np.asarray(values), ls=style, marker=marker, markersize=3, color=color, label=name)

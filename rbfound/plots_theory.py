@@ -24,7 +24,7 @@ KINDS = {
 
 @styled
 def chain_drawing(masses: Sequence[str], links: Sequence[str]) -> None:
-    """Named masses in a row between two walls; each link is a spring over a damper, an empty name is none."""
+    """Named masses in a row between walls; each link is a spring over a damper, an empty name none (and no wall)."""
     n = len(masses)
     _, ax = plt.subplots(figsize=(7.2, 1.9))
     for k, name in enumerate(masses):
@@ -37,8 +37,9 @@ def chain_drawing(masses: Sequence[str], links: Sequence[str]) -> None:
     for k, name in enumerate(links):
         if name:
             _link(ax, 2.0 * k, name)
-    for x in (0.0, 2.0 * n + 1):
-        ax.plot([x, x], [-0.05, 1.1], color=BLACK, lw=3)
+    for x, tied in ((0.0, links[0]), (2.0 * n + 1, links[-1])):
+        if tied:
+            ax.plot([x, x], [-0.05, 1.1], color=BLACK, lw=3)
     ax.set(xlim=(-0.2, 2 * n + 1.2), ylim=(-0.25, 1.65))
     ax.axis("off")
     plt.show()
@@ -115,6 +116,24 @@ def errors(
     if len(x) <= 20:
         ax.set_xticks(x)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=4)
+    plt.show()
+
+
+@styled
+def errors_for_seconds(panels: Mapping[str, Mapping[str, tuple[Sequence[int], ArrayLike, ArrayLike]]]) -> None:
+    """Relative errors, drawn in per cent, over CPU time: a panel a body, a curve a way, (coordinates, [s], errors)."""
+    figure, axes = plt.subplots(1, len(panels), figsize=(8.4, 3.6), squeeze=False)
+    for ax, (body, curves) in zip(axes[0], panels.items(), strict=True):
+        styles = zip(curves.items(), LINES, MARKERS, strict=False)
+        for (name, (counts, seconds, error)), (color, line), marker in styles:
+            percent = 100 * np.asarray(error)
+            ax.loglog(seconds, percent, line, color=color, label=name, marker=marker, markersize=5)
+            for count, x, y in zip(counts, np.asarray(seconds), percent, strict=True):
+                ax.annotate(str(count), (x, y), (5, 3), textcoords="offset points", fontsize=7.5)
+        ax.set(title=body, xlabel="CPU time to the basis [s]")
+        ax.margins(x=0.15, y=0.1)
+    axes[0, 0].set_ylabel("largest error [%]")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     plt.show()
 
 

@@ -23,6 +23,9 @@ Solve = Callable[[Array], Array]
 # Static shapes of which the modes leave less than this share have nothing to add: the rest is rounding.
 NOTHING = 1e-7
 
+# A direction of which others leave less than this share is theirs already.
+DEPENDENT = 1e-6
+
 # A factor whose answer to forces of size one leaves so much of them unbalanced is that of a singular matrix.
 LOST = 1e-4
 
@@ -154,6 +157,21 @@ def modal_reduction(M: Any, C: Any, K: Any, interface: ArrayLike, modes: int, st
     if rest < NOTHING**2:
         raise ValueError(f"{modes} modes leave nothing to complete at the interface: keep fewer, or static=False.")
     return _reduced(np.hstack([answer, Phi]), M, C, K, B)
+
+
+def orthonormal(X: Array, M: Any, basis: Array) -> Array:
+    """What the columns of X (n, p) add to the M-orthonormal ones of a basis (n, m): M-orthonormal, p or fewer.
+
+    A direction of which the others leave all but nothing is left out.
+    """
+    # twice, against rounding
+    for _ in range(2):
+        X = X - basis @ (basis.T @ (M @ X))
+        X = X / np.sqrt(np.einsum("ij,ij->j", X, M @ X))
+        squares, Q = linalg.eigh(X.T @ (M @ X))
+        new = squares > DEPENDENT**2
+        X = X @ (Q[:, new] / np.sqrt(squares[new]))
+    return np.asarray(X)
 
 
 def _reduced(T: Array, M: Any, C: Any, K: Any, B: Array) -> Reduction:

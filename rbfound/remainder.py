@@ -8,7 +8,6 @@ it stays passive) it is left with three a seat.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import linalg
 
 from rbfound.additions import bordered
@@ -81,7 +80,7 @@ def _best(problem: Problem, A: Array, b: Array, count: int, gap: float) -> Array
 
     while True:
         for _ in range(STEPS):
-            S = np.linalg.inv(_matrices(problem, x[p:].reshape(count, entries)))
+            S: Array = np.linalg.inv(_matrices(problem, x[p:].reshape(count, entries)))
             slope, bend = 2 * (A @ x - b), 2 * A
             slope[p:] -= barrier * (twice * S[:, problem.rows, problem.columns]).ravel()
             for k, both in enumerate(_barrier_bend(problem, S, twice)):
@@ -102,7 +101,7 @@ def _best(problem: Problem, A: Array, b: Array, count: int, gap: float) -> Array
 
 
 def _barrier_bend(problem: Problem, S: Array, twice: Array) -> Array:
-    """Second derivatives of -log det R by the entries i <= j of each R, from its inverse S, (count, entries, entries)."""
+    """Second derivatives of -log det R by the entries i <= j of each R, from its inverse, (count, entries, entries)."""
     i, j = problem.rows, problem.columns
     straight = S[:, i[:, None], i] * S[:, j[:, None], j] + S[:, i[:, None], j] * S[:, j[:, None], i]
     return np.asarray(straight * twice[:, None] * twice / 2)

@@ -7,21 +7,24 @@ import io
 import numpy as np
 from matplotlib.figure import Figure
 
+from rbfound.checking import Report
 from rbfound.foundation import Foundation
 from rbfound.frf import FRF
 from rbfound.peaks import mode_indicator
+from rbfound.plots_check import check_figure
 
 STYLE = """body { font: 16px/1.5 sans-serif; max-width: 62em; margin: 2em auto; padding: 0 1em; }
 pre { background: #f4f4f4; padding: 1em; overflow-x: auto; } img { max-width: 100%; }"""
 
 
-def page(frf: FRF, report: str, foundation: Foundation) -> str:
+def page(frf: FRF, report: Report, foundation: Foundation) -> str:
     """An HTML page with the report on the FRFs, the foundation made of them, and both in figures."""
     model = foundation.frf(frf.frequency)
     parts = [
         "<h1>A foundation from its FRFs</h1>",
         "<h2>The measured FRFs</h2>",
-        f"<pre>{html.escape(report)}</pre>",
+        f"<pre>{html.escape(str(report))}</pre>",
+        _image(check_figure(frf, report), "Peaks, noise, reciprocity, driving points and resolution of the FRFs"),
         _image(_driving_points(frf, model), "Driving points, measured and of the model"),
         _image(_indicator(frf, model), "Mode indicator, measured and of the model"),
         "<h2>The foundation</h2>",

@@ -23,6 +23,9 @@ Array = NDArray[np.float64]
 X_PLANE, Y_PLANE = np.array([0, 3, 4, 7]), np.array([1, 2, 5, 6])
 Y_SIGN = np.array([1.0, -1.0, 1.0, -1.0])
 
+# Its matrices are full: 2000 elements have three of half a gigabyte.
+MOST_ELEMENTS = 2000
+
 
 @dataclass(frozen=True)
 class Shaft:
@@ -142,6 +145,12 @@ class Rotor:
     def __post_init__(self) -> None:
         if not 0 < self.element < np.inf:
             raise ValueError(f"element = {self.element:g} m: the longest element must have a positive, finite length.")
+        count = sum(self.shaft.length) / self.element
+        if count > MOST_ELEMENTS:
+            raise ValueError(
+                f"element = {self.element:g} m: the shaft of {sum(self.shaft.length):g} m would have {count:.2g} "
+                f"elements, more than {MOST_ELEMENTS}."
+            )
         for z in self.disks:
             self.check_position(z, "disk")
 

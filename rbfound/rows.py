@@ -5,6 +5,8 @@ separator, and a row that is not one of numbers are refused.
 """
 
 import re
+import stat
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,12 +37,22 @@ class Rows:
     numbers: list[int]
 
 
+def listed(words: Iterable[str], most: int = 20) -> str:
+    """Words with commas between them, for a message: the first ones and how many there are, if there are many."""
+    words = [word[:60] for word in words]
+    more = f", ... ({len(words)} in all)" if len(words) > most else ""
+    return ", ".join(words[:most]) + more
+
+
 def content_of(path: Path) -> bytes:
     """The bytes of a file; a ValueError when it is none, cannot be read, or is too large to be a set of FRFs."""
     try:
-        size = path.stat().st_size
-        if size > LARGEST:
-            raise ValueError(f"{path} has {size / 1e6:.0f} MB: at most {LARGEST / 1e6:.0f} MB are read.")
+        found = path.stat()
+        if not stat.S_ISREG(found.st_mode):
+            # a device or a pipe may never end
+            raise ValueError(f"{path} is not a file.")
+        if found.st_size > LARGEST:
+            raise ValueError(f"{path} has {found.st_size / 1e6:.0f} MB: at most {LARGEST / 1e6:.0f} MB are read.")
         return path.read_bytes()
     except OSError as error:
         raise ValueError(f"{path} cannot be read: {error.strerror}.") from None

@@ -371,7 +371,7 @@ class Sliders {
   }
 }
 
-export function render({ model, el }) {
+function render({ model, el }) {
   const sliders = new Sliders(model, el);
   return () => sliders.remove();
 }

@@ -14,25 +14,35 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg, sparse
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from scipy.sparse.linalg import splu
 
 from rbfound.assembly import FULL, REDUCED, bed_stiffness, mass, mean_motion, stiffness
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF
 from rbfound.geometry import COARSE, ON_IT, WORKING, FoundationGeometry, Grid, foundation_blocks
 from rbfound.mesh import Block, SerendipityMesh, join
+from rbfound.reduction import orthonormal
 from rbfound.units import hertz, radians
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Places = Callable[[Array], NDArray[np.bool_]]
 Under = tuple[Places, tuple[float, float, float]]
+Solve = Callable[[Array], Array]
+Factor = Callable[[sparse.csc_array], Solve]
 
 GEOMETRY = FoundationGeometry()
 MESHES = {"coarse": COARSE, "working": WORKING}
 
 # A rigid motion whose largest force is below this share of the largest stiffness is free: the rest is rounding.
 FORCELESS = 1e-10
+
+# Columns of a block of the Lanczos iteration, and how far a mode may lead out of its space in the end, relative: its
+# shape is then known to about this part, its frequency to the square of it.
+BLOCK, CONVERGED = 4, 1e-9
+
+# A part of a mesh of so many nodes is not cut again.
+SMALL = 1500
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +192,7 @@ def mesh_study(
     return {name: [row[k] for row in rows] for k, name in enumerate(names)}
 
 
-def natural_modes(solid: Solid, count: int, shift: float = 0.0) -> tuple[Array, Array]:
+def natural_modes(solid: Solid, count: int, shift: float = 0.0, factor: Factor | None = None) -> tuple[Array, Array]:
     """The undamped natural modes nearest to a frequency: omega (count,) [rad/s], ascending, and Phi (n, count).
 
     The columns of Phi are mass-normalised [1/sqrt(kg)] and zero where the body is held. Found by inverse iteration
@@ -193,8 +203,16 @@ def natural_modes(solid: Solid, count: int, shift: float = 0.0) -> tuple[Array, 
     shift : [Hz]
         0 gives the lowest modes of a held body. A body that can move freely needs a negative one: the iteration
         then works around a square of omega below zero, where the stiffness is not singular.
+    factor : function of a symmetric sparse matrix that returns its inverse as a function of forces (n, p)
+        SciPy's SuperLU unless given. For large bodies a Cholesky factor takes half the memory and less than half the
+        time: `benchmarks/solid.py` shows it with PARDISO.
+
+    Raises
+    ------
+    ValueError
+        When nothing holds the body and the shift is not below zero, or it has not so many modes.
     """
-    return _modes(solid, count, shift, _shifted_inverse(solid, shift))
+    return _modes(solid, count, shift, _shifted_inverse(solid, shift, factor))
 
 
 def ritz_modes(solid: Solid, modes: int = 16, blocks: int = 3, shift: float = 0.0) -> tuple[Array, Array]:
@@ -215,7 +233,7 @@ def ritz_modes(solid: Solid, modes: int = 16, blocks: int = 3, shift: float = 0.
     basis = _modes(solid, modes, shift, solve)[1][solid.free]
     forces = solid.B[:, solid.free].T
     for _ in range(blocks):
-        answer = _orthonormal(solve(forces), M, basis)
+        answer = orthonormal(solve(forces), M, basis)
         basis = np.hstack([basis, answer])
         forces = M @ answer
     squares, Q = linalg.eigh(basis.T @ (K @ basis), basis.T @ (M @ basis))
@@ -292,7 +310,7 @@ def _free(solid: Solid, A: sparse.csc_array) -> sparse.csc_array:
     return A[solid.free][:, solid.free].tocsc()
 
 
-def _factor(solid: Solid, A: sparse.csc_array, pivot_threshold: float = 0.0) -> Callable[[Array], Array]:
+def _factor(solid: Solid, A: sparse.csc_array, pivot_threshold: float = 0.0) -> Solve:
     """A^-1 as a function, for a symmetric A in the free coordinates; a definite one needs no pivoting."""
     order = _order(solid)
     try:
@@ -300,6 +318,7 @@ def _factor(solid: Solid, A: sparse.csc_array, pivot_threshold: float = 0.0) -> 
             A[order][:, order].tocsc(),
             permc_spec="NATURAL",
             diag_pivot_thresh=pivot_threshold,
+            relax=1,
             options={"SymmetricMode": True},
         )
     except RuntimeError:
@@ -314,24 +333,36 @@ def _factor(solid: Solid, A: sparse.csc_array, pivot_threshold: float = 0.0) -> 
 
 
 def _order(solid: Solid) -> Indices:
-    """The free coordinates in an order that keeps a factor sparse: one half of the body, the other, what joins them.
-
-    The halves lie on either side of the middle of the longest extent; within each, minimum degree on the nodes. On a
-    body of two ends this takes half the time of minimum degree on all the coordinates.
-    """
-    nodes = solid.mesh.doflocs.shape[1]
+    """The free coordinates in an order that keeps a factor sparse: see `_dissected`."""
+    places = solid.mesh.doflocs
+    nodes = places.shape[1]
     links = sparse.coo_array(solid.K[solid.free][:, solid.free])
     node = solid.free % nodes
     graph = sparse.csr_array((np.ones(links.nnz), (node[links.row], node[links.col])), shape=(nodes, nodes))
-    along = solid.mesh.doflocs[np.ptp(solid.mesh.doflocs, axis=1).argmax()]
-    first = along < np.median(along) - ON_IT
-    seam = ~first & (graph @ first.astype(float) > 0)
-    parts = [np.flatnonzero(first), np.flatnonzero(~first & ~seam)]
     place = np.empty(nodes, dtype=np.intp)
-    place[np.concatenate([*(part[_minimum_degree(graph[part][:, part])] for part in parts), np.flatnonzero(seam)])] = (
-        np.arange(nodes)
-    )
+    place[_dissected(graph, places)] = np.arange(nodes)
     return np.argsort(place[node], kind="stable")
+
+
+def _dissected(graph: sparse.csr_array, places: Array) -> Indices:
+    """Nodes at places (3, n) in the order of nested dissection: one half, the other half, what joins them.
+
+    A part is cut in the middle of its extent along x, y or z, where the fewest nodes join the halves, and the halves
+    are cut again; what is small enough has minimum degree. (George 1973, DOI 10.1137/0710032.)
+    """
+    cuts = []
+    for along in places if graph.shape[0] > SMALL else []:
+        first = along < np.median(along) - ON_IT
+        seam = ~first & (graph @ first.astype(float) > 0)
+        second = ~first & ~seam
+        if min(first.sum(), second.sum()) > seam.sum():
+            cuts.append((seam.sum(), first, second, seam))
+    if not cuts:
+        return _minimum_degree(graph)
+    _, first, second, seam = min(cuts, key=lambda cut: cut[0])
+    halves = (np.flatnonzero(half) for half in (first, second))
+    inside = [half[_dissected(graph[half][:, half], places[:, half])] for half in halves]
+    return np.concatenate([*inside, np.flatnonzero(seam)])
 
 
 def _minimum_degree(graph: sparse.csr_array) -> Indices:
@@ -346,11 +377,12 @@ def _minimum_degree(graph: sparse.csr_array) -> Indices:
     return np.argsort(factor.perm_c)
 
 
-def _shifted_inverse(solid: Solid, shift: float) -> Callable[[Array], Array]:
+def _shifted_inverse(solid: Solid, shift: float, factor: Factor | None = None) -> Solve:
     if shift >= 0 and _loose(solid):
         raise ValueError(f"Nothing holds the body, and the shift is {shift:g} Hz: a free body needs one below 0 Hz.")
     M, K = (_free(solid, A) for A in (solid.M, solid.K))
-    return _factor(solid, (K - _square(shift) * M).tocsc(), 0.1 if shift > 0 else 0.0)
+    A = (K - _square(shift) * M).tocsc() if shift else K
+    return factor(A) if factor else _factor(solid, A, 0.1 if shift > 0 else 0.0)
 
 
 def _loose(solid: Solid) -> bool:
@@ -366,25 +398,39 @@ def _square(shift: float) -> float:
     return float(np.sign(shift) * radians(shift) ** 2)
 
 
-def _modes(solid: Solid, count: int, shift: float, solve: Callable[[Array], Array]) -> tuple[Array, Array]:
-    M, K = (_free(solid, A) for A in (solid.M, solid.K))
-    start = np.sin(np.arange(1.0, K.shape[0] + 1))
-    squares, free = eigsh(K, count, M, _square(shift), v0=start, OPinv=LinearOperator(K.shape, solve, dtype=float))
+def _modes(solid: Solid, count: int, shift: float, solve: Solve) -> tuple[Array, Array]:
+    """The modes nearest to the shift by block Lanczos iteration, orthogonalised in full, on (K - shift^2 M)^-1 M.
+
+    A factor answers a block of forces in half the time that it takes to answer them one by one. (Grimes, Lewis and
+    Simon 1994, DOI 10.1137/S0895479888151111.)
+    """
+    M = _free(solid, solid.M)
+    n = M.shape[0]
+    if not 1 <= count < n:
+        raise ValueError(f"count is {count}: of {n} free coordinates it must be from 1 to {n - 1}.")
+    basis, projected = np.zeros((n, 0)), np.zeros((0, 0))
+    start = np.sin(np.outer(np.arange(1.0, n + 1), np.arange(1.0, BLOCK + 1)))
+    block = orthonormal(solve(M @ start), M, basis)
+    while True:
+        before, basis = basis.shape[1], np.hstack([basis, block])
+        answer = solve(M @ block)
+        inside = basis.T @ (M @ answer)
+        projected = np.block([[projected, inside[:before]], [inside[:before].T, inside[before:]]])
+        values, Q = np.linalg.eigh((projected + projected.T) / 2)
+        wanted = np.argsort(-np.abs(values))[:count]
+        following = orthonormal(answer, M, basis) if basis.shape[1] < n else basis[:, :0]
+        # what leads out of the space so far, of each mode: its length in the mass's norm, relative
+        outside = (following.T @ (M @ answer)) @ Q[before:, wanted]
+        done = len(wanted) == count and np.linalg.norm(outside, axis=0) <= CONVERGED * np.abs(values[wanted])
+        if np.all(done) or not following.shape[1]:
+            break
+        block = following
+    squares = _square(shift) + 1 / values[wanted]
     order = np.argsort(squares)
     Phi = np.zeros((solid.K.shape[0], count))
-    Phi[solid.free] = free[:, order]
+    Phi[solid.free] = basis @ Q[:, wanted[order]]
     # a free body's six zeros come out as rounding on either side of zero
     return np.sqrt(np.maximum(squares[order], 0)), Phi * _sign(solid.B @ Phi if len(solid.B) else Phi)
-
-
-def _orthonormal(X: Array, M: sparse.csc_array, basis: Array) -> Array:
-    """The columns of X made M-orthogonal to `basis` and M-orthonormal among themselves; twice, against rounding."""
-    for _ in range(2):
-        X = X - basis @ (basis.T @ (M @ X))
-        X = X / np.sqrt(np.einsum("ij,ij->j", X, M @ X))
-        L = linalg.cholesky(X.T @ (M @ X), lower=True)
-        X = linalg.solve_triangular(L, X.T, lower=True).T
-    return np.asarray(X)
 
 
 def _sign(shapes: Array) -> Array:

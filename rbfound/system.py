@@ -17,6 +17,10 @@ Complex = NDArray[np.complex128]
 # A pole smaller than this part of the largest one is the rounding of a zero: eigenvalues of K carry an error of
 # eps * max(lambda^2), so poles of sqrt(eps) * max|lambda|; a factor of seven above that is safe.
 ZERO_POLE = 1e-7
+# What is taken for zero so must not be a mode above this frequency [Hz].
+LOST = 1.0
+# Where even a mode of this frequency [Hz] would be taken for zero, its shape is rounding too and tells nothing.
+HOPELESS = 1e5
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +107,14 @@ class System:
         return np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]]), L
 
     def modes(self) -> Modes:
-        """All damped modes, from the eigenvalues of the real state matrix; see `Modes` for what is returned."""
+        """All damped modes, from the eigenvalues of the real state matrix; see `Modes` for what is returned.
+
+        Raises
+        ------
+        ValueError
+            When M is not positive definite, or when stiffness or damping reach over so many orders of magnitude that
+            modes above 1 Hz drown in rounding.
+        """
         A, L = self.state_matrix()
         n = len(L)
         if n == 0:
@@ -115,14 +126,15 @@ class System:
         poles, vectors = linalg.eig(A)
         poles = poles * rate
         shapes = linalg.solve_triangular(L.T, vectors[:n])
-        poles[np.abs(poles) <= ZERO_POLE * np.abs(poles).max()] = 0
+        smallest = ZERO_POLE * np.abs(poles).max()
+        poles[np.abs(poles) <= smallest] = 0
         kept = np.flatnonzero((poles != 0) & (poles.imag >= 0))
         rigid = self._rigid_shapes(A[n:, :n], L, most=int((poles == 0).sum()))
+        if hertz(smallest) > LOST:
+            self._check_rigid(rigid, int((poles == 0).sum()), float(hertz(smallest)))
         poles = np.concatenate([np.zeros(rigid.shape[1]), poles[kept]])
         shapes = np.concatenate([rigid, shapes[:, kept]], axis=1)
-        damping = -poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
-        order = np.lexsort((damping, poles.imag))
-        return Modes(poles[order], _largest_entry_one(shapes[:, order]))
+        return in_order(poles, shapes)
 
     @staticmethod
     def _rigid_shapes(stiffness: Array, L: Array, most: int) -> Array:
@@ -132,6 +144,20 @@ class System:
         _, sizes, rows = linalg.svd(stiffness)
         free = sizes <= ZERO_POLE**2 * max(sizes[0], 1e-300)
         return np.asarray(linalg.solve_triangular(L.T, rows[free][:most].T))
+
+    def _check_rigid(self, rigid: Array, zeros: int, below: float) -> None:
+        """Raise a ValueError unless the poles taken for zero are those of shapes (n, r) that no spring feels."""
+        K, size = self.K / (np.abs(self.K).max() or 1.0), np.abs(rigid)
+        energy = np.abs(np.einsum("nr,nm,mr->r", rigid, K, rigid))
+        rounding = 1e3 * np.finfo(float).eps * np.einsum("nr,nm,mr->r", size, np.abs(K), size)
+        # a rigid shape has two poles at zero, or one if it is damped
+        if below > HOPELESS or zeros > 2 * rigid.shape[1] or (energy > rounding).any():
+            raise ValueError(
+                f"Stiffness and damping reach over too many orders of magnitude: modes below {below:.2g} Hz drown in "
+                f"rounding. The largest entry of K is {np.abs(self.K).max():.2g}, of C {np.abs(self.C).max():.2g}: "
+                "a bearing of 1e12 N/m is as good as rigid, a segment under a hundredth of the shaft's diameter is "
+                "better left out."
+            )
 
     def receptance(self, frequency: ArrayLike, outputs: Array | None = None, inputs: Array | None = None) -> Complex:
         """Displacement for a unit force, H = outputs (K + i omega (C + G) - omega^2 M)^-1 inputs.
@@ -169,6 +195,13 @@ class System:
                 f"The system is singular at {hertz(omega):g} Hz: an undamped or rigid-body mode lies there. "
                 "Add damping or leave the line out."
             ) from None
+
+
+def in_order(poles: Complex, shapes: Complex) -> Modes:
+    """Poles (m,) and shapes (n, m) as modes: sorted, and the largest entry of each shape 1."""
+    damping = -poles.real / np.maximum(np.abs(poles), np.finfo(float).tiny)
+    order = np.lexsort((damping, poles.imag))
+    return Modes(poles[order], _largest_entry_one(shapes[:, order]))
 
 
 def mac(A: ArrayLike, B: ArrayLike) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbfound.frf import check_ascending
-from rbfound.rows import Rows, rows_of
+from rbfound.rows import Rows, listed, rows_of
 from rbfound.units import hertz
 
 Array = NDArray[np.float64]
@@ -78,7 +78,7 @@ def curves_of(path: Path, columns: str | None = None) -> dict[tuple[str, str] | 
         values, unit = _values(path, rows, described, pair)
         out[pair] = Curve(path, frequency, values, unit, rows.numbers)
     if not out:
-        raise ValueError(f"{path}: its columns {', '.join(rows.heading)} hold no response. Say what they are: {HELP}.")
+        raise ValueError(f"{path}: its columns {listed(rows.heading)} hold no response. Say what they are: {HELP}.")
     return out
 
 
@@ -109,7 +109,7 @@ def described_by(path: Path, cells: list[str], rows: Rows) -> list[Column]:
     if len(described) != rows.values.shape[1]:
         raise ValueError(
             f"{path}, line {rows.numbers[0]}: {rows.values.shape[1]} columns where there should be {len(described)}: "
-            f"{', '.join(cell.strip() for cell in cells)}."
+            f"{listed(cell.strip() for cell in cells)}."
         )
     return described
 

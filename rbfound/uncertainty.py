@@ -9,15 +9,20 @@ Lancaster 1964, DOI 10.1007/BF01386060; Fox and Kapoor 1968, DOI 10.2514/3.5008.
 are small against the distance of two poles; `monte_carlo` tells whether they are.
 """
 
+import os
 from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
+from rbfound.arrays import read_npz
 from rbfound.coupling import Machine, mount
 from rbfound.frf import FRF
 from rbfound.modalfit import ModalFit, fit_modes
@@ -25,6 +30,7 @@ from rbfound.parallel import run
 from rbfound.rotor import Bearing, Rotor
 from rbfound.units import hertz
 from rbfound.whirl import Campbell
+from rbfound.writing import replaced
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -141,6 +147,7 @@ def monte_carlo(
     seed: int = 0,
     executor: Executor | None = None,
     progress: bool | None = None,
+    kept: str | os.PathLike[str] | None = None,
 ) -> Complex:
     """Poles of the machine on foundations that the same measurement, done again, could have given: (count, m) [rad/s].
 
@@ -157,6 +164,14 @@ def monte_carlo(
     speed, above, below : as for `error_bars`
     count, seed : how many, and where their random numbers begin
     executor, progress : see `rbfound.parallel.run`
+    kept : path of a .npz file, optional
+        Holds what has been computed, after each foundation. Called again with the same arguments, after an interrupt or
+        with a larger `count`, the function goes on from there.
+
+    Raises
+    ------
+    ValueError
+        When `kept` holds the poles of something else, or is damaged.
     """
     machine = mount(rotor, bearings, on=fit.foundation())
     poles = machine.at(speed).modes().above(above).below(below).poles
@@ -164,7 +179,30 @@ def monte_carlo(
     lines = lines[(lines >= fit.band[0]) & (lines <= fit.band[1])]
     task = partial(_again, fit, lines, rotor, bearings, speed, poles)
     seeds = np.random.SeedSequence(seed).spawn(count)
-    return np.array(run(task, seeds, executor=executor, progress=progress, title="machines")).reshape(count, len(poles))
+    bar: dict[str, Any] = {"executor": executor, "progress": progress, "title": "machines"}
+    if kept is None:
+        return np.array(run(task, seeds, **bar)).reshape(count, len(poles))
+    path = Path(kept)
+    errors = 0.0 if fit.errors is None else fit.errors
+    data = (fit.Phi, fit.omega, fit.zeta, fit.noise, fit.band, fit.relative, errors, lines)
+    told = repr(
+        [np.asarray(part).tobytes() for part in data] + [rotor, sorted(bearings.items()), speed, above, below, seed]
+    )
+    asked = sha256(told.encode()).hexdigest()
+    begun = _begun(path, asked) if path.exists() else []
+
+    def keep(found: list[Complex]) -> None:
+        replaced(path, lambda whole: np.savez(whole, asked=np.array(asked), poles=np.array(found)))
+
+    return np.array(run(task, seeds, **bar, begun=begun, keep=keep)).reshape(count, len(poles))
+
+
+def _begun(path: Path, asked: str) -> list[Complex]:
+    """The poles that an earlier `monte_carlo` kept, if it was asked the same."""
+    stored = read_npz(path, ("asked", "poles"))
+    if "poles" not in stored or str(stored.get("asked")) != asked:
+        raise ValueError(f"{path} is not of this fit, rotor, speed and seed: name another file, or remove it.")
+    return list(stored["poles"])
 
 
 def _quantile(level: float) -> float:
@@ -231,8 +269,8 @@ def _again(
     """Poles of the machine on the foundation of one more measurement, each the nearest to one of the given."""
     clean = fit.foundation().frf(frequency)
     error = np.random.default_rng(seed).standard_normal((*clean.H.shape, 2)) @ [1, 1j] / np.sqrt(2)
-    size = np.abs(clean.H) if fit.relative else 1.0
+    size = np.abs(clean.H) if fit.relative else 1.0 if fit.errors is None else fit.errors
     noisy = FRF(clean.frequency, clean.H + fit.noise * size * error, clean.labels)
-    foundation = fit_modes(noisy, band=fit.band, relative=fit.relative).foundation()
+    foundation = fit_modes(noisy, band=fit.band, relative=fit.relative, errors=fit.errors).foundation()
     found = mount(rotor, bearings, on=foundation).at(speed).modes().poles
     return np.asarray(found[np.abs(poles[:, None] - found).argmin(axis=1)])

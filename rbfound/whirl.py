@@ -11,11 +11,19 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rbfound.coupling import Machine
+from rbfound.lowest import lowest_modes
 from rbfound.system import Modes, System, mac
 from rbfound.units import hertz
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Planes = tuple[NDArray[np.intp], NDArray[np.intp]] | None
+
+# Modes beyond those that are followed, at each speed.
+SPARE = 8
+# A shaft of fewer nodes is done sooner as a dense matrix.
+LONG = 16
 
 
 class Spinning(Protocol):
@@ -96,9 +104,12 @@ class Campbell:
         margin[np.abs(margin) <= 1e-9 * self.speeds[:, None]] = 0
         crossing = (margin[:-1] * margin[1:] < 0) | (margin[1:] == 0)
         crossing[:1] |= margin[:1] == 0
-        for k, b in zip(*np.nonzero(crossing), strict=True):
-            pole = _refine(self.machine, self.speeds[k : k + 2], self.poles[k : k + 2, b])
-            found.append((pole.imag, -pole.real / abs(pole), self.whirl[k, b]))
+        step, branch = np.nonzero(crossing)
+        poles = _refine(
+            self.machine, self.speeds[[step, step + 1]], self.poles[[step, step + 1], branch], self.poles.shape[1]
+        )
+        for pole, whirl in zip(poles, self.whirl[step, branch], strict=True):
+            found.append((pole.imag, -pole.real / abs(pole), whirl))
         found.sort()
         speed, damping, whirl = np.array(found).reshape(-1, 3).T
         return CriticalSpeeds(speed, damping, whirl)
@@ -119,20 +130,34 @@ def campbell(machine: Spinning, speeds: ArrayLike, count: int = 12, above: float
     speeds = np.atleast_1d(np.asarray(speeds, dtype=float))
     if speeds.ndim != 1 or not len(speeds) or not np.isfinite(speeds).all() or (np.diff(speeds) <= 0).any():
         raise ValueError("speeds must be finite and ascending, and at least one [rad/s].")
-    systems = [machine.at(float(speed)) for speed in speeds]
-    modes = [system.modes().above(above) for system in systems]
-    count = min(count, len(modes[0].poles))
     # a few more than are followed, so that branches which cross the last one are not lost
-    kept = [Modes(m.poles[: count + 8], m.shapes[:, : count + 8]) for m in modes]
+    kept, planes = _lowest(machine, speeds, count + SPARE, above)
+    count = min(count, len(kept[0].poles))
     order = np.arange(count)
     branches = [order]
     for before, after in pairwise(kept):
         order = _follow(before, after, order)
         branches.append(order)
-    rows = list(zip(kept, systems, branches, strict=True))
-    poles = np.array([_pick(m.poles, b) for m, _, b in rows])
-    turns = np.array([_pick(whirl_direction(m, system), b) for m, system, b in rows])
+    poles = np.array([_pick(m.poles, b) for m, b in zip(kept, branches, strict=True)])
+    turns = np.array([_pick(_whirl(m, where), b) for m, where, b in zip(kept, planes, branches, strict=True)])
     return Campbell(speeds, poles, turns.real, machine)
+
+
+def _lowest(machine: Spinning, speeds: Array, count: int, above: float) -> tuple[list[Modes], list[Planes]]:
+    """The lowest modes above a frequency [Hz] at each speed, and which coordinates are the shaft's."""
+    chain = machine.chain if isinstance(machine, Machine) else None
+    if chain is not None and chain.nodes >= LONG:
+        found = lowest_modes(chain, speeds, count, above)
+        if found is not None:
+            nodes = 4 * np.arange(chain.nodes)
+            return found, [(nodes, nodes + 1)] * len(speeds)
+    modes, planes = [], []
+    for speed in speeds:
+        system = machine.at(float(speed))
+        every = system.modes().above(above)
+        modes.append(Modes(every.poles[:count], every.shapes[:, :count]))
+        planes.append(system.planes)
+    return modes, planes
 
 
 def whirl_direction(modes: Modes, system: System) -> Array:
@@ -140,9 +165,13 @@ def whirl_direction(modes: Modes, system: System) -> Array:
 
     The turning sense of each node's orbit, -2 Im(conj(x) y), over the sum of |x|^2 + |y|^2.
     """
-    if system.planes is None:
+    return _whirl(modes, system.planes)
+
+
+def _whirl(modes: Modes, planes: Planes) -> Array:
+    if planes is None:
         return np.full(len(modes.poles), np.nan)
-    x, y = (modes.shapes[plane] for plane in system.planes)
+    x, y = (modes.shapes[plane] for plane in planes)
     size = (np.abs(x) ** 2 + np.abs(y) ** 2).sum(axis=0)
     return np.asarray(-2 * np.imag(x.conj() * y).sum(axis=0) / np.where(size > 0, size, 1.0))
 
@@ -158,11 +187,11 @@ def unbalance_response(machine: Shafted, speeds: ArrayLike, unbalance: Mapping[f
         A complex value turns it by its angle. The force is Omega^2 u in x and -i Omega^2 u in y: forward circles.
     """
     speeds = np.atleast_1d(np.asarray(speeds, dtype=float))
+    if isinstance(machine, Machine):
+        force = unbalance_force(machine, unbalance, len(machine.M))
+        return machine.responses(speeds, speeds, np.outer(speeds**2, force))
     force = unbalance_force(machine, unbalance, len(machine.at(0.0).M))
-    response = np.empty((len(speeds), len(force)), dtype=complex)
-    for k, speed in enumerate(speeds):
-        response[k] = machine.at(float(speed)).solve(float(speed), speed**2 * force)
-    return response
+    return np.array([machine.at(float(speed)).solve(float(speed), speed**2 * force) for speed in speeds])
 
 
 def unbalance_force(machine: Placed, unbalance: Mapping[float, complex], count: int) -> Complex:
@@ -181,10 +210,12 @@ def _follow(before: Modes, after: Modes, order: NDArray[np.intp]) -> NDArray[np.
     distance = np.abs(before.poles[old][:, None] - after.poles[None, :])
     cost = distance / np.abs(before.poles[old])[:, None] + 1 - mac(before.shapes[:, old], after.shapes)
     following = np.full(len(order), -1)
-    for flat in np.argsort(cost, axis=None):
-        row, column = np.unravel_index(flat, cost.shape)
-        if following[alive[row]] < 0 and column not in following:
-            following[alive[row]] = column
+    taken = np.zeros(cost.shape[1], dtype=bool)
+    for row, column in zip(*np.unravel_index(np.argsort(cost, axis=None), cost.shape), strict=True):
+        if following[alive[row]] < 0 and not taken[column]:
+            following[alive[row]], taken[column] = column, True
+            if (following[alive] >= 0).all():
+                break
     return following
 
 
@@ -194,20 +225,30 @@ def _pick(values: NDArray[Any], branch: NDArray[np.intp]) -> Complex:
     return picked
 
 
-def _refine(machine: Spinning, speeds: Array, poles: Complex) -> complex:
-    """The pole of one branch at the speed that equals its frequency, by false position between two speeds."""
-    (a, b), (fa, fb) = speeds, poles.imag - speeds
-    speed, pole = a, poles[0]
+def _refine(machine: Spinning, speeds: Array, poles: Complex, count: int) -> Complex:
+    """The poles of some branches at the speeds that equal their frequencies, by false position between two speeds each.
+
+    Speeds and poles are (2, c): all branches are refined side by side.
+    """
+    (a, b), (fa, fb) = speeds.copy(), poles.imag - speeds
+    pole, speed = poles[0].copy(), (a * fb - b * fa) / (fb - fa)
+    open_ = np.arange(poles.shape[1])
     for _ in range(30):
-        speed = (a * fb - b * fa) / (fb - fa)
-        expected = poles[0] + (poles[1] - poles[0]) * (speed - speeds[0]) / (speeds[1] - speeds[0])
-        candidates = machine.at(float(speed)).modes().poles
-        pole = candidates[np.abs(candidates - expected).argmin()]
-        margin = pole.imag - speed
-        if abs(margin) <= 1e-9 * speed:
+        if not len(open_):
             break
-        if margin * fa < 0:
-            b, fb, fa = speed, margin, fa / 2
-        else:
-            a, fa, fb = speed, margin, fb / 2
-    return complex(pole)
+        k, now = open_, speed[open_]
+        expected = poles[0, k] + (poles[1, k] - poles[0, k]) * (now - speeds[0, k]) / (speeds[1, k] - speeds[0, k])
+        found, _ = _lowest(machine, now, count + 2 * SPARE, float(hertz(expected.imag.min())) / 2)
+        pole[k] = [modes.poles[np.abs(modes.poles - at).argmin()] for modes, at in zip(found, expected, strict=True)]
+        margin = pole[k].imag - now
+        # the slope between here and the nearer end; false position where that leads out of the bracket
+        end, f_end = np.where(now - a[k] < b[k] - now, (a[k], fa[k]), (b[k], fb[k]))
+        right = margin * fa[k] < 0
+        b[k], fb[k] = np.where(right, now, b[k]), np.where(right, margin, fb[k])
+        a[k], fa[k] = np.where(right, a[k], now), np.where(right, fa[k], margin)
+        with np.errstate(all="ignore"):
+            speed[k] = now - margin * (now - end) / (margin - f_end)
+            inside = (a[k] < speed[k]) & (speed[k] < b[k])
+            speed[k] = np.where(inside, speed[k], (a[k] * fb[k] - b[k] * fa[k]) / (fb[k] - fa[k]))
+        open_ = k[np.abs(margin) > 1e-9 * now]
+    return pole

@@ -53,6 +53,8 @@ class PeakPicker(anywidget.AnyWidget):
         if peaks is not None:
             self._first[method] = names["first"][method] = picks_of(bench, peaks)
         super().__init__(scene=names, data=curves, method=method, peaks=self._first[method])
+        # the picture's questions come as messages: of a model's changes a notebook lets one through at a time
+        self.on_msg(lambda _, asked, buffers: self.set_state(asked))
         self.observe(self._follow, names=["peaks", "method", "stamp"])
         self._answered: Any = None
         self._follow()

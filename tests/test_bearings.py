@@ -1,9 +1,11 @@
-"""Any number of bearings: from files through identification to the machine, 2n x 2n FRFs for n bearings."""
+"""Any number of bearings: from files through identification to the machine and out again, 2n x 2n FRFs for n."""
 
 import numpy as np
 import pytest
+from test_exports import DEGREES, assembled, read_ansys, read_bulk
 
 import rbfound as rb
+from rbfound.exports import dmig, matrix27
 
 
 def truth(bearings):
@@ -30,7 +32,7 @@ def machine_on(foundation, bearings):
 
 
 @pytest.mark.parametrize(
-    ("bearings", "ending"), [(1, ""), (2, ""), (4, ""), (4, ".npz"), pytest.param(8, ".npz", marks=pytest.mark.slow)]
+    ("bearings", "ending"), [(1, ""), (2, ""), (4, ""), (4, ".mat"), pytest.param(8, ".npz", marks=pytest.mark.slow)]
 )
 def test_files_become_a_foundation_and_a_machine_whatever_the_number_of_bearings(bearings, ending, tmp_path):
     known = truth(bearings)
@@ -39,12 +41,36 @@ def test_files_become_a_foundation_and_a_machine_whatever_the_number_of_bearings
     assert frf.H.shape == (480, 2 * bearings, 2 * bearings)
     assert rb.check(frf).nonreciprocity < 1e-8
     found = rb.identify(frf)
-    rb.save_foundation(found, tmp_path / "found.json")
-    found = rb.load_foundation(tmp_path / "found.json")
-    assert found.labels == known.labels
+    for kind in ("json", "npz", "mat"):
+        rb.save_foundation(found, tmp_path / f"found.{kind}")
+        back = rb.load_foundation(tmp_path / f"found.{kind}")
+        assert back.labels == known.labels
+        for name in "MCKB":
+            np.testing.assert_array_equal(getattr(back, name), getattr(found, name))
     # all modes lie in the band and the files have nine digits: what is lost is the rounding and where the fit stops
-    ours, theirs = (machine_on(body, bearings).at(rb.from_rpm(3000)).modes().above(5.0) for body in (found, known))
+    machines = [machine_on(body, bearings) for body in (back, known)]
+    ours, theirs = (machine.at(rb.from_rpm(3000)).modes().above(5.0) for machine in machines)
     inside = rb.hertz(theirs.poles.imag) < 400
     assert inside.sum() >= 4
     for pole in theirs.poles[inside]:
         assert np.abs(ours.poles - pole).min() < 1e-4 * abs(pole)
+    speeds = rb.from_rpm(np.linspace(0.0, 6000.0, 7))
+    of_ours, of_theirs = (rb.campbell(machine, speeds, 6) for machine in machines)
+    np.testing.assert_allclose(of_ours.frequency, of_theirs.frequency, rtol=1e-4)
+
+
+@pytest.mark.parametrize("bearings", [1, 2, 4, 8])
+def test_exports_tie_every_bearing_to_its_own_node(bearings):
+    known = truth(bearings)
+    nodes = [10 * (k + 1) for k in range(bearings)]
+    matrices, ties, _ = read_ansys(matrix27(known, nodes))
+    free = [(9001 + k // 6, DEGREES[k % 6]) for k in range(len(known.M))]
+    seats = [(node, axis) for node in nodes for axis in ("UX", "UY")]
+    for option, name in ((2, "M"), (4, "K"), (5, "C")):
+        A, B = assembled(matrices[option], ties, free, seats)
+        np.testing.assert_array_equal(A, getattr(known, name))
+        np.testing.assert_array_equal(B, known.B)
+    _, ties, _ = read_bulk(dmig(known, nodes))
+    assert [tie[0][0] for tie in ties] == [(node, component) for node in nodes for component in (1, 2)]
+    B = [[value for _, value in tie[1:]] for tie in ties]
+    np.testing.assert_allclose(B, known.B, rtol=5.1e-10)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
+import html5lib
 import pytest
 from browser import is_local, pages, router, served
 from browsing import launched, missing
@@ -144,6 +145,19 @@ def test_no_link_of_any_page_is_broken_without_a_browser_to_look_at_it() -> None
                 broken.append(f"{page.relative_to(HTML)}: {link}")
     assert len(pages) > len(PAGES)
     assert broken == []
+
+
+def test_every_page_is_html_that_a_parser_reads_without_a_complaint() -> None:
+    if not (HTML / "index.html").is_file():
+        missing("The check of the HTML needs the built book: make book.")
+    wrong = {}
+    for page in sorted(HTML.rglob("*.html")):
+        if not {"_static", "_modules"} & set(page.parts):
+            parser = html5lib.HTMLParser()
+            parser.parse(page.read_bytes())
+            wrong[page.relative_to(HTML)] = parser.errors
+    assert len(wrong) > len(PAGES)
+    assert {page: errors for page, errors in wrong.items() if errors} == {}
 
 
 def test_a_page_is_light_enough_for_a_slow_line() -> None:

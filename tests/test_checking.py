@@ -118,3 +118,22 @@ def test_the_foundation_of_this_book_is_reported(request):
     report = rb.check(rb.load_frf(request.config.rootpath / "data" / "foundation" / "fine"))
     assert report.nonreciprocity < 1e-6
     assert (report.gaining == 0).all()
+
+
+def test_the_figure_marks_what_the_report_found():
+    pytest.importorskip("matplotlib", reason="figures need matplotlib: pip install 'rbfound[plots]'")
+    plots_check = pytest.importorskip("rbfound.plots_check")
+    frf = sound(F[(F < 180) | (F > 185)], zeta=np.array([0.02, 0.02, 0.002]))
+    H = frf.H.copy()
+    H[:, 2] *= -1
+    flawed = with_H(frf, H)
+    report = rb.check(flawed)
+    indicator, reciprocity, noise, signs, resolution = plots_check.check_figure(flawed, report).axes
+    named = [text.get_text() for text in indicator.get_legend().get_texts()]
+    assert {"one mode", "too few lines for its damping", "no lines", "static limit"} <= set(named)
+    assert "200 % of the largest" in reciprocity.get_title(loc="left")
+    assert len(noise.texts) == 16
+    assert [text.get_text() for text in signs.texts if "%" in text.get_text()] == ["0%", "0%", "100%", "0%"]
+    few = [bar for bar in resolution.patches if bar.get_height() < 4]
+    assert len(few) == int((report.resolution < 4).sum()) > 0
+    assert len({bar.get_facecolor() for bar in resolution.patches}) == 2

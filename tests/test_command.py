@@ -65,7 +65,7 @@ def test_identify_writes_a_foundation_and_a_page_that_needs_nothing_else(rig, ca
     for f in (47.7465, 95.493, 143.24, 190.986):
         assert np.abs(modes - f).min() < 1e-3 * f
     text = page.read_text(encoding="utf-8")
-    assert text.count("data:image/png;base64,") == 2
+    assert text.count("data:image/png;base64,") == 3
     assert "Foundation with" in text
     assert not re.search(r'(src|href)="(?!data:)', text)
     assert f"written: {out}" in capsys.readouterr().out

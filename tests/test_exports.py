@@ -170,6 +170,17 @@ def assembled(matrix, ties, free, seats):
     return A, B
 
 
+def test_the_reader_counts_the_constants_as_the_manual_of_matrix27_does():
+    # its example, a spring along UX between both nodes, has C1 = C58 = k and C7 = -k
+    constants = np.zeros(78)
+    constants[[0, 57]], constants[6] = 5.0, -5.0
+    text = "ET,1,MATRIX27\nKEYOPT,1,2,0\nKEYOPT,1,3,4\nR,1," + ",".join(map(str, constants)) + "\nTYPE,1\nREAL,1\nE,8,9"
+    matrices, _, _ = read_ansys(text)
+    spring = {pair: value for pair, value in matrices[4].items() if value}
+    one, two = (8, "UX"), (9, "UX")
+    assert spring == {(one, one): 5.0, (two, two): 5.0, (one, two): -5.0, (two, one): -5.0}
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_ansys_commands_hold_the_same_foundation_to_the_last_bit(kind):
     kept = model(kind)

@@ -2,14 +2,15 @@
 
 import re
 import struct
-import warnings
 import zipfile
 import zlib
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy import io as scipy_io
 from test_files import FREQUENCY, Harmful, foundation
+from written import table, universal
 
 import rbfound as rb
 from rbfound import arrays
@@ -195,13 +196,7 @@ def test_missing_frfs_are_filled_by_reciprocity_only_when_asked_and_said(tmp_pat
 
 
 def test_a_table_with_all_pairs_in_one_file_is_read(tmp_path):
-    pairs = [(i, j) for i in range(4) for j in range(4)]
-    heading = ",".join(
-        ["Frequency [Hz]", *(f"{LABELS[i]} from {LABELS[j]} {p} [m/N]" for i, j in pairs for p in ("re", "im"))]
-    )
-    data = np.column_stack([LINES, *(part for i, j in pairs for part in (FRFS.H[:, i, j].real, FRFS.H[:, i, j].imag))])
-    path = tmp_path / "all.csv"
-    np.savetxt(path, data, delimiter=",", header=heading, comments="", fmt="%.16e")
+    path = table(tmp_path / "all.csv", FRFS)
     np.testing.assert_array_equal(rb.load_frf(path).H, FRFS.H)
     path.write_text(path.read_text().replace("x1 from x1", "somewhere"))
     assert "does not say of which seats" in error_of(path)
@@ -227,6 +222,33 @@ def test_a_mat_file_of_another_writer_needs_its_unit_said(tmp_path, options):
     scipy_io.savemat(path, {"frequency": LINES, "H": 9.81 * FRFS.H, "other": {"a": [1, "b"]}}, **options)
     assert "does not say in which unit" in error_of(path)
     same(rb.load_frf(path, unit="m", force=9.81))
+
+
+def test_letters_that_are_stored_as_fractions_are_refused(tmp_path):
+    path = tmp_path / "rig.mat"
+    scipy_io.savemat(path, {"labels": np.arange(4.0)})
+    # an array of doubles whose class says letters
+    path.write_bytes(path.read_bytes().replace(b"\x06\0\0\0\x08\0\0\0\x06", b"\x06\0\0\0\x08\0\0\0\x04", 1))
+    assert "labels holds what is no letter" in error_of(path)
+
+
+WRITTEN = Path(__file__).parent / "octave"
+
+
+@pytest.mark.parametrize("version", ["v6", "v7"])
+def test_a_mat_file_that_octave_wrote_is_read(version):
+    frf = rb.load_frf(WRITTEN / f"octave_{version}.mat")
+    k, i, j = np.meshgrid(np.arange(1, 6), np.arange(1, 5), np.arange(1, 5), indexing="ij")
+    np.testing.assert_allclose(frf.H, 1e-3 * (1e-9 * (k + 10 * i + 100 * j) + 1e-12j * (i + j)), rtol=1e-14)
+    assert frf.frequency.tolist() == [2.5, 5.0, 7.5, 10.0, 12.5]
+    assert frf.labels == LABELS
+
+
+def test_a_foundation_that_octave_wrote_is_read():
+    body = rb.load_foundation(WRITTEN / "octave_foundation.mat")
+    assert body.K.tolist() == [[1e6, -2e5], [-2e5, 3e6]]
+    assert body.B.tolist() == [[1.0, 0.1], [0.2, 1.0]]
+    assert (body.labels, body.notes) == (("x1", "y1"), ("written by Octave",))
 
 
 def test_a_mat_file_of_version_4_is_refused_for_it_has_no_third_dimension(tmp_path):
@@ -290,41 +312,17 @@ def test_a_mat_bomb_is_refused_before_it_unpacks(tmp_path, monkeypatch):
 # --- Universal Files, written by pyuff ---
 
 
-def universal(path, factor=1.0, kind=8, unit=("m", "N"), binary=0, flip=(), nodes=(7, 12)):
-    pyuff = pytest.importorskip("pyuff", reason="UFF needs pyuff: pip install 'rbfound[uff]'")
-    sets = []
-    for i in range(4):
-        for j in range(4):
-            sign = (-1) ** (i in flip) * (-1) ** (j in flip)
-            sets.append(
-                pyuff.prepare_58(
-                    binary=binary, func_type=4, id1="rig",
-                    rsp_node=nodes[i // 2], rsp_dir=(1 + i % 2) * (-1) ** (i in flip),
-                    ref_node=nodes[j // 2], ref_dir=(1 + j % 2) * (-1) ** (j in flip),
-                    abscissa_spec_data_type=18, ordinate_spec_data_type=kind, orddenom_spec_data_type=13,
-                    ordinate_axis_units_lab=unit[0], orddenom_axis_units_lab=unit[1],
-                    data=sign * factor * FRFS.H[:, i, j], x=LINES,
-                )
-            )  # fmt: skip
-    # adding: in its mode "overwrite" pyuff 2.5.8 writes over the heading of a binary set; it leaves that file open too
-    path.unlink(missing_ok=True)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ResourceWarning)
-        pyuff.UFF(str(path)).write_sets(sets, "add")
-    return path
-
-
 @pytest.mark.parametrize("binary", [0, 1])
 def test_universal_files_in_text_and_binary_are_read_with_their_signs(tmp_path, binary):
     # pyuff prints twelve digits of the values and six of unevenly spaced frequencies
-    frf = rb.load_frf(universal(tmp_path / "rig.uff", binary=binary, flip=(1, 2)))
+    frf = rb.load_frf(universal(tmp_path / "rig.uff", FRFS, binary=binary, flip=(1, 2)))
     np.testing.assert_allclose(frf.frequency, LINES, rtol=1e-5)
     same(frf, rtol=1e-10)
     assert frf.notes == ("Bearings in the order of the file's nodes: node 7 is 1, node 12 is 2.",)
 
 
 def test_a_universal_file_without_units_needs_them_said(tmp_path):
-    path = universal(tmp_path / "rig.unv", 1e3, unit=("NONE", "NONE"))
+    path = universal(tmp_path / "rig.unv", rb.FRF(LINES, 1e3 * FRFS.H, FRFS.labels), unit=("NONE", "NONE"))
     assert "does not say in which unit" in error_of(path)
     same(rb.load_frf(path, unit="mm"))
     assert "the unit 'g' is that of accelerance, not of receptance" in error_of(path, unit="g")
@@ -332,9 +330,9 @@ def test_a_universal_file_without_units_needs_them_said(tmp_path):
 
 def test_a_universal_file_that_contradicts_itself_or_points_along_z_is_refused(tmp_path):
     assert "the unit 'mm/N' is that of receptance, not of accelerance" in error_of(
-        universal(tmp_path / "a.uff", kind=12, unit=("mm", "N"))
+        universal(tmp_path / "a.uff", FRFS, kind=12, unit=("mm", "N"))
     )
-    (tmp_path / "b.uff").write_text(universal(tmp_path / "a.uff").read_text().replace("  12   2 ", "  12   3 "))
+    (tmp_path / "b.uff").write_text(universal(tmp_path / "a.uff", FRFS).read_text().replace("  12   2 ", "  12   3 "))
     assert "in direction 3: seats move along X (1) and Y (2)" in error_of(tmp_path / "b.uff")
     (tmp_path / "c.uff").write_text("    -1\n   151\nnothing\n    -1\n")
     assert "c.uff" in error_of(tmp_path / "c.uff")

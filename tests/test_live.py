@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from written import table, universal
 
 import rbfound as rb
 from rbfound import live, thesis
@@ -195,17 +196,19 @@ def test_a_readers_own_files_are_identified(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_one_table_of_a_reader_is_identified_too(tmp_path: Path) -> None:
-    frf = rb.load_frf(DATA / "medium")
-    pairs = [(i, j) for i in range(4) for j in range(4)]
-    names = [f"{frf.labels[i]} from {frf.labels[j]} {part} [m/N]" for i, j in pairs for part in ("real", "imaginary")]
-    rows = [
-        [f, *(part for i, j in pairs for part in (H[i, j].real, H[i, j].imag))]
-        for f, H in zip(frf.frequency, frf.H, strict=True)
-    ]
-    text = "\n".join(",".join(str(float(x)) for x in row) for row in rows)
-    (tmp_path / "measured.csv").write_text(",".join(["frequency [Hz]", *names]) + "\n" + text + "\n")
+    table(tmp_path / "measured.csv", rb.load_frf(DATA / "medium"))
     found = [peak["frequency"] for peak in live.opened("peak_picker", tmp_path).values["result"]["peaks"]]
     assert min(abs(f / 159.7 - 1) for f in found) < 1e-2
+
+
+def test_a_unit_that_a_file_does_not_say_can_be_given(tmp_path: Path) -> None:
+    frf = rb.load_frf(DATA / "fine").between(100, 400)
+    universal(tmp_path / "rig.uff", rb.FRF(frf.frequency, 1e3 * frf.H, frf.labels), unit=("NONE", "NONE"))
+    with pytest.raises(ValueError, match="does not say in which unit"):
+        live.opened("peak_picker", tmp_path)
+    said = np.frombuffer(live.opened("peak_picker", tmp_path, "mm/N").values["data"], "<f4")
+    parts = frf.H.transpose(1, 2, 0).ravel()
+    np.testing.assert_allclose(said[len(frf.frequency) :].view("<c8"), parts, rtol=1e-6)
 
 
 def test_files_that_are_no_frfs_are_refused_by_name(tmp_path: Path) -> None:

@@ -6,7 +6,9 @@ folder shared/pyodide-0.27.7 beside the repository is tried.
 
 import json
 import os
+import re
 import shutil
+from base64 import b64encode
 from collections.abc import Iterator
 from importlib.resources import files
 from importlib.util import find_spec
@@ -18,6 +20,8 @@ import numpy as np
 import pytest
 from browser import is_local, router, served
 from browsing import launched, missing
+from test_files import foundation
+from written import table, universal
 
 import rbfound as rb
 from rbfound import live
@@ -37,11 +41,18 @@ pytestmark = [pytest.mark.book, pytest.mark.slow]
 # What a live thing holds, its arrays as lists.
 HELD = """(root, name) => JSON.stringify(root.rbfound.get(name), (_, value) =>
   ArrayBuffer.isView(value) ? Array.from(value, (v) => Number.isFinite(v) ? v : null) : value)"""
-WATCH = """window.latencies = []; document.addEventListener("rbfound-drawn", (event) => {
+WATCH = """window.latencies = []; window.moved = [];
+document.addEventListener("rbfound-moved", (event) => window.moved.push(event.detail.latency));
+document.addEventListener("rbfound-drawn", (event) => {
   if (event.detail.latency != null) window.latencies.push(event.detail.latency); });"""
 
-DROP = """(place, name) => { const dataTransfer = new DataTransfer();
-  dataTransfer.items.add(new File(["frequency,x1\\n1,2\\n"], name));
+# How far the loading of Python is said to be, each time that it is said.
+SHARES = """() => { const place = document.querySelector("#live-peak_picker"); window.shares = [];
+  const look = () => { const bar = place.querySelector("progress"); if (bar) window.shares.push(bar.value); };
+  new MutationObserver(look).observe(place, { subtree: true, childList: true, characterData: true }); }"""
+
+DROP = """(place, [name, text]) => { const dataTransfer = new DataTransfer();
+  dataTransfer.items.add(new File([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))], name));
   place.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true })); }"""
 
 
@@ -118,11 +129,8 @@ class Stage:
 @pytest.fixture(scope="module")
 def stage(browser: Any, address: str, pyodide: Path) -> Iterator[Stage]:
     stage = Stage(browser, address, pyodide)
-    seconds = stage.run("peak_picker")
-    print(f"\nready after {seconds:.1f} s, of which the test's own routing of 36 MB is a part")
     for name in live.THINGS:
-        if name != "peak_picker":
-            stage.run(name)
+        stage.run(name)
     yield stage
     stage.context.close()
 
@@ -182,14 +190,19 @@ def test_switches_and_choices_work_too(stage: Stage) -> None:
         same(figures(stage.held(name, "result")), figures(expected))
 
 
-def test_a_peak_moved_by_mouse_and_by_keys_gives_the_phi_and_the_frequencies_of_cpython(stage: Stage) -> None:
-    before = stage.held("peak_picker", "peaks")
-    handle = stage.thing("peak_picker").locator(".rbp-handle").nth(0)
-    handle.scroll_into_view_if_needed()
-    box = handle.bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+def pressed(stage: Stage, place: Any, part: float = 0.5) -> tuple[float, float]:
+    """Where the mouse is, once it has been pressed on a place, at a part of its width."""
+    place.scroll_into_view_if_needed()
+    box = place.bounding_box()
+    x, y = box["x"] + part * box["width"], box["y"] + box["height"] / 2
     stage.page.mouse.move(x, y)
     stage.page.mouse.down()
+    return x, y
+
+
+def test_a_peak_moved_by_mouse_and_by_keys_gives_the_phi_and_the_frequencies_of_cpython(stage: Stage) -> None:
+    before = stage.held("peak_picker", "peaks")
+    x, y = pressed(stage, stage.thing("peak_picker").locator(".rbp-handle").nth(0))
     for k in range(1, 15):
         stage.page.mouse.move(x + 4 * k, y)
     stage.page.mouse.up()
@@ -206,34 +219,76 @@ def test_a_peak_moved_by_mouse_and_by_keys_gives_the_phi_and_the_frequencies_of_
     assert stage.troubles == []
 
 
+def crowd() -> float:
+    """Processes that share a core: what is promised of an idle machine takes so many times as long."""
+    return max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+
+
 def latencies(stage: Stage, name: str) -> list[float]:
     slider = stage.thing(name).locator("input[type=range]").first
-    slider.scroll_into_view_if_needed()
-    box = slider.bounding_box()
-    y = box["y"] + box["height"] / 2
-    stage.page.mouse.move(box["x"] + 0.4 * box["width"], y)
-    stage.page.mouse.down()
+    x, y = pressed(stage, slider, 0.4)
+    wide = slider.bounding_box()["width"]
     stage.page.evaluate("window.latencies.length = 0")
     for k in range(40):
-        stage.page.mouse.move(box["x"] + (0.4 + 0.005 * k) * box["width"], y)
+        stage.page.mouse.move(x + 0.005 * k * wide, y)
         stage.page.wait_for_timeout(16)
     stage.page.mouse.up()
     stage.settle(name)
     return list(stage.page.evaluate("window.latencies"))
 
 
-# Medians on an idle machine of two cores are 6 and 60 ms; a test machine may be busy, so twice the promise is allowed.
 @pytest.mark.parametrize(("name", "promise"), [("oscillator", 16.0), ("campbell", 100.0), ("unbalance", 100.0)])
 def test_curves_follow_the_pointer(stage: Stage, name: str, promise: float) -> None:
-    times = latencies(stage, name)
-    print(f"\n{name}: {median(times):.1f} ms median from pointer to curve, {len(times)} redraws")
-    assert len(times) > 5
-    load, cores = os.getloadavg()[0], os.cpu_count() or 1
-    if median(times) >= 2 * promise and load > cores + 0.5:
-        pytest.skip(
-            f"{median(times):.0f} ms, but {load:.1f} processes share {cores} cores: measure on an idle machine."
-        )
-    assert median(times) < 2 * promise
+    rounds = sorted(median(latencies(stage, name)) for _ in range(3))
+    told = ", ".join(f"{time:.1f}" for time in rounds)
+    print(f"\n{name}: from pointer to curves, medians of three rounds {told} ms; {crowd():.1f} processes a core")
+    assert rounds[0] < promise * crowd()
+
+
+def test_a_peak_is_drawn_with_the_next_frame_and_what_follows_from_it_within_a_tenth_of_a_second(stage: Stage) -> None:
+    whole, line = [], []
+    for k in range(3):
+        x, y = pressed(stage, stage.thing("peak_picker").locator(".rbp-handle").nth(1))
+        stage.page.evaluate("window.latencies.length = window.moved.length = 0")
+        for step in range(40):
+            stage.page.mouse.move(x + (-1) ** k * step, y)
+            stage.page.wait_for_timeout(16)
+        stage.page.mouse.up()
+        stage.settle("peak_picker")
+        whole.append(median(stage.page.evaluate("window.latencies")))
+        line.append(median(stage.page.evaluate("window.moved")))
+    told = f"line {min(line):.1f}, Phi, M, C, K and the coupled frequencies {min(whole):.1f} ms"
+    print(
+        f"\npeak_picker: from pointer to picture, best median of three rounds: {told}; {crowd():.1f} processes a core"
+    )
+    assert min(line) < 16.0 * crowd()
+    assert min(whole) < 100.0 * crowd()
+
+
+def test_from_a_server_of_this_machine_it_is_ready_in_a_dozen_seconds(
+    browser: Any, pyodide: Path, tmp_path: Path
+) -> None:
+    # the files come over HTTP as from a CDN; only the address in the book's script is another one
+    book = shutil.copytree(HTML, tmp_path / "book")
+    (tmp_path / "pyodide").symlink_to(pyodide)
+    about = book / "_static" / "live" / "about.js"
+    seconds = []
+    with served(tmp_path) as url:
+        about.write_text(re.sub(re.escape(CDN) + r"v[\d.]+/full/", f"{url}/pyodide/", about.read_text()))
+        while len(seconds) < 3 and min(seconds, default=np.inf) > 12:
+            stage = Stage(browser, f"{url}/book/book/live.html", None)
+            stage.page.evaluate(SHARES)
+            seconds.append(stage.run("peak_picker"))
+            shares = stage.page.evaluate("window.shares")
+            # told in tenths, so that a screen reader comes to an end
+            assert shares == sorted(shares)
+            assert 5 < len(set(shares)) <= 12
+            assert shares[-1] == 1
+            stage.context.close()
+            assert stage.troubles == []
+            assert stage.away == set()
+    print(f"\nready after {', '.join(f'{time:.1f}' for time in seconds)} s; {crowd():.1f} processes a core")
+    assert min(seconds) < 12 * crowd()
 
 
 def test_what_was_picked_can_be_taken_away(stage: Stage, tmp_path: Path) -> None:
@@ -246,10 +301,10 @@ def test_what_was_picked_can_be_taken_away(stage: Stage, tmp_path: Path) -> None
 
 def test_files_of_the_reader_are_read_and_identified_in_the_page(stage: Stage) -> None:
     own = stage.thing("peak_picker").locator(".rbfound-live-own")
-    own.evaluate(DROP, "measured.csv")
+    own.evaluate(DROP, ["measured.csv", b64encode(b"frequency,x1\n1,2\n").decode()])
     stage.page.wait_for_selector(".rbfound-live-own[data-refused]")
     assert "measured.csv" in own.locator(".rbfound-live-status").inner_text()
-    own.locator("input").set_input_files(sorted((DATA / "medium").glob("*.txt")))
+    own.get_by_label("Choose files").set_input_files(sorted((DATA / "medium").glob("*.txt")))
     stage.page.wait_for_selector(".rbfound-live-own[data-opened]")
     expected = live.opened("peak_picker", DATA / "medium").values["result"]
     found = stage.held("peak_picker", "result")
@@ -257,11 +312,58 @@ def test_files_of_the_reader_are_read_and_identified_in_the_page(stage: Stage) -
     assert len(found["peaks"]) == len(expected["peaks"])
     for one, other in zip(found["peaks"], expected["peaks"], strict=True):
         assert one["frequency"] == pytest.approx(other["frequency"], rel=1e-4)
+    # what only Universal Files need has not been asked for
+    assert stage.page.locator("script[src*=pyuff]").count() == 0
     own.get_by_role("button", name="Back").click()
     stage.page.wait_for_function(
         "root => root.rbfound.get('method') === 'pmsm'", arg=stage.thing("peak_picker").element_handle()
     )
     assert stage.troubles == []
+
+
+@pytest.mark.parametrize("kind", ["Universal File in text", "Universal File in binary", "table"])
+def test_one_file_is_identified_in_the_page_and_the_foundation_that_is_taken_away_is_that_of_cpython(
+    stage: Stage, tmp_path: Path, kind: str
+) -> None:
+    # six modes in the band and none beyond: the fit ends at the foundation itself, whatever BLAS goes there
+    truth = foundation()
+    frf, kept, taken = truth.frf(np.arange(20.0, 340.0, 0.5)), tmp_path / "kept.npz", tmp_path / "taken.npz"
+    (tmp_path / "own").mkdir()
+    path = (
+        table(tmp_path / "own" / "rig.csv", frf)
+        if kind == "table"
+        else universal(tmp_path / "own" / "rig.UFF", frf, binary=int(kind.endswith("binary")))
+    )
+    own = stage.thing("peak_picker").locator(".rbfound-live-own")
+    own.evaluate(DROP, [path.name, b64encode(path.read_bytes()).decode()])
+    stage.page.wait_for_selector(".rbfound-live-own[data-opened], .rbfound-live-own[data-refused]")
+    assert own.get_attribute("data-refused") is None
+    expected = live.opened("peak_picker", tmp_path / "own")
+    found = stage.held("peak_picker", "result")
+    for key in ("Phi", "alone", "peaks"):
+        same(found[key], expected.values["result"][key], key)
+    with stage.page.expect_download() as download:
+        stage.thing("peak_picker").get_by_role("button", name="foundation.npz").click()
+    download.value.save_as(taken)
+    kept.write_bytes(expected.saves["foundation.npz"]())
+    found, expected_foundation = rb.load_foundation(taken), rb.load_foundation(kept)
+    for name in "MCKB":
+        same(getattr(found, name), getattr(expected_foundation, name), name)
+    np.testing.assert_allclose(found.frf([100.0]).H, truth.frf([100.0]).H, rtol=AGREE)
+    assert stage.troubles == []
+
+
+def test_what_a_file_does_not_say_is_asked_for(stage: Stage, tmp_path: Path) -> None:
+    path = universal(tmp_path / "rig.unv", foundation().frf(np.arange(20.0, 340.0, 2.0)), unit=("NONE", "NONE"))
+    own = stage.thing("peak_picker").locator(".rbfound-live-own")
+    content = [path.name, b64encode(path.read_bytes()).decode()]
+    own.evaluate(DROP, content)
+    stage.page.wait_for_selector(".rbfound-live-own[data-refused]")
+    assert "does not say in which unit" in own.locator(".rbfound-live-status").inner_text()
+    own.get_by_label("Unit").fill("m/N")
+    own.evaluate(DROP, content)
+    stage.page.wait_for_selector(".rbfound-live-own[data-opened]")
+    own.get_by_label("Unit").fill("")
 
 
 def test_nothing_was_asked_of_anyone_but_the_book_and_the_cdn_of_pyodide(stage: Stage) -> None:
@@ -312,10 +414,30 @@ def test_where_python_cannot_be_had_a_sentence_says_so_and_the_picture_stays(bro
     stage.thing("oscillator").locator(".rbfound-live-run").click()
     stage.page.wait_for_selector("#live-oscillator[data-failed]")
     assert "Python could not be started here" in stage.status("oscillator")
-    assert stage.thing("oscillator").locator("img").is_visible()
+    assert stage.thing("oscillator").locator("img:visible").count() == 1
     assert stage.thing("oscillator").get_by_role("button", name="Try again").is_enabled()
     stage.context.close()
     assert stage.troubles == []
+
+
+@pytest.mark.parametrize(("width", "kind"), [(1280, "wide"), (390, "narrow")])
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_the_still_pictures_are_those_of_the_page(
+    browser: Any, address: str, width: int, kind: str, theme: str
+) -> None:
+    context = browser.new_context(viewport={"width": width, "height": 900})
+    context.route("**/*", router())
+    page = context.new_page()
+    page.goto(address)
+    page.evaluate("theme => { document.documentElement.dataset.theme = theme; }", theme)
+    for name in live.THINGS:
+        picture = page.locator(f"#live-{name} img:visible")
+        picture.scroll_into_view_if_needed()
+        page.wait_for_function("image => image.complete && image.naturalWidth", arg=picture.element_handle())
+        assert picture.evaluate("image => image.currentSrc").endswith(f"/{name}-{kind}-{theme}.webp")
+        # its letters are as large as the book's: the picture is not drawn smaller than it is meant to be
+        assert picture.bounding_box()["width"] > (640 if kind == "wide" else 320)
+    context.close()
 
 
 def test_without_javascript_there_are_pictures_with_their_descriptions(browser: Any, address: str) -> None:
@@ -324,8 +446,7 @@ def test_without_javascript_there_are_pictures_with_their_descriptions(browser: 
     page = context.new_page()
     page.goto(address)
     for name in live.THINGS:
-        picture = page.locator(f"#live-{name} img")
-        assert picture.is_visible()
+        picture = page.locator(f"#live-{name} img:visible")
         assert len(picture.get_attribute("alt")) > 80
         assert "JavaScript is off" in page.locator(f"#live-{name}").inner_text()
     assert page.locator(".rbfound-live-run").count() == 0

@@ -38,6 +38,10 @@ def test_every_figure_is_made_by_a_chapter_or_has_a_line_that_says_why_not() -> 
     assert [p.number for p in tm.mentioned("figures") if bool(p.pages) == bool(p.remark)] == []
 
 
+def test_every_figure_but_the_count_of_publications_is_made() -> None:
+    assert [p.number for p in tm.mentioned("figures") if not p.pages] == [1]
+
+
 def test_the_map_s_markers_are_all_filled_in() -> None:
     page = (tm.ROOT / "book" / "map.md").read_text(encoding="utf-8")
     assert set(re.findall(r"^% generated: (\w+)$", page, re.MULTILINE)) == set(tm.generated())

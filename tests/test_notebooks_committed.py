@@ -3,7 +3,7 @@
 import json
 import re
 from pathlib import Path
-from statistics import quantiles
+from statistics import median, quantiles
 from typing import Any
 
 import pytest
@@ -71,7 +71,8 @@ def test_cells_hold_no_logic(notebook: dict[str, Any]) -> None:
 
 
 def test_cells_are_short(notebook: dict[str, Any]) -> None:
-    lines = [len(source(cell).splitlines()) for cell in code(notebook)]
+    lines = [sum(map(bool, source(cell).splitlines())) for cell in code(notebook)]
+    assert median(lines) <= 4
     assert quantiles(lines, n=10, method="inclusive")[-1] <= 9
     assert max(lines) <= 20
 
@@ -79,7 +80,21 @@ def test_cells_are_short(notebook: dict[str, Any]) -> None:
 def test_a_notebook_begins_with_its_title_and_explains_more_than_it_computes(notebook: dict[str, Any]) -> None:
     words = sum(len(source(cell).split()) for cell in notebook["cells"] if cell["cell_type"] == "markdown")
     assert source(notebook["cells"][0]).startswith("# ")
-    assert words > sum(len(source(cell).split()) for cell in code(notebook))
+    assert words > 2 * sum(len(source(cell).split()) for cell in code(notebook))
+
+
+def test_a_chapter_opens_with_a_question_and_a_picture_and_closes_with_what_was_found() -> None:
+    for path in NOTEBOOKS[1:]:
+        cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+        first = next(k for k, cell in enumerate(cells) if "<Figure size" in str(cell.get("outputs")))
+        before = "\n".join(source(cell) for cell in cells[:first] if cell["cell_type"] == "markdown")
+        assert re.search(r"^\*\*.+\?\*\*$", before, re.MULTILINE), f"{path.stem} asks nothing"
+        assert len(re.findall("^## ", before, re.MULTILINE)) <= 1, f"{path.stem} has no picture in its first section"
+        end = "\n".join(source(cell) for cell in cells[-3:])
+        assert "## What was found" in end, f"{path.stem} does not say what was found"
+        assert all(f"({k}) " in end.split("**Exercises.**")[1] for k in (1, 2, 3)), f"{path.stem}: three exercises"
+        assert ":::{dropdown} Solutions" in end, f"{path.stem} has no solutions"
+        assert re.match(r"Next: .*\.(ipynb|md)", end.splitlines()[-1]), f"{path.stem} does not lead on"
 
 
 def test_the_notebooks_of_the_book_are_all_here_and_no_others() -> None:

@@ -10,6 +10,7 @@ import time
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -90,6 +91,7 @@ class Lab:
         page.on("pageerror", lambda error: self.troubles.append(str(error)))
         page.add_init_script(
             "window.drawn = []; document.addEventListener('rbfound-drawn', e => window.drawn.push(e.detail));"
+            "window.moved = []; document.addEventListener('rbfound-moved', e => window.moved.push(e.detail.latency));"
         )
         page.goto(f"{url}/lab/tree/pick.ipynb?reset")
         # what is run before the kernel is there may be lost
@@ -208,19 +210,28 @@ def test_peaks_set_in_a_cell_move_the_lines(notebook: Lab) -> None:
     assert notebook.frequencies() == [160, 480, 626, 344]
 
 
+# What is promised on an idle machine of two cores, from the pointer to what Python makes of it [ms]; the line itself
+# is drawn with the next frame, at 60 Hz, and that takes a part of one more.
+PROMISE, FRAMES = 33.0, 2 * 1000 / 60
+
+
 def test_from_pointer_to_picture_it_takes_a_few_hundredths_of_a_second(notebook: Lab) -> None:
-    # 33 ms is the aim on an idle machine, and what else runs on its cores comes on top: the best of five rounds counts
-    rounds = []
-    while len(rounds) < 5 and min(rounds, default=np.inf) > 33:
-        notebook.page.evaluate("window.drawn.length = 0")
+    # a browser, a server and a kernel take turns on the cores: with n processes a core each has the n-th part of it
+    rounds, lines = [], []
+    for k in range(5):
+        notebook.page.evaluate("window.drawn.length = window.moved.length = 0")
         x, y = notebook.take(2)
-        for k in range(50):
-            notebook.page.mouse.move(x + (-1) ** len(rounds) * k, y)
+        for step in range(50):
+            notebook.page.mouse.move(x + (-1) ** k * step, y)
             notebook.page.wait_for_timeout(25)
         notebook.page.mouse.up()
         notebook.settle()
-        latencies = np.array(notebook.page.evaluate("window.drawn.map(d => d.latency)"))
-        assert len(latencies) >= 5
-        rounds.append(float(np.median(latencies)))
-    print(f"pointer to redraw, median of each round: {', '.join(f'{median:.1f}' for median in rounds)} ms")
-    assert min(rounds) < 66
+        rounds.append(notebook.page.evaluate("window.drawn.map(d => d.latency)"))
+        lines.append(notebook.page.evaluate("window.moved"))
+    assert min(map(len, rounds)) >= 5
+    crowd = max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+    whole, line = (sorted(map(median, some)) for some in (rounds, lines))
+    told = "; ".join(f"{name} {', '.join(f'{t:.1f}' for t in some)}" for name, some in (("line", line), ("all", whole)))
+    print(f"\npointer to redraw, medians of five rounds [ms]: {told}; {crowd:.1f} processes a core")
+    assert line[0] < FRAMES * crowd
+    assert whole[0] < PROMISE * crowd

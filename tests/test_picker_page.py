@@ -390,11 +390,37 @@ def test_a_host_that_does_not_answer_is_said(browser: Any, bench: Bench, tmp_pat
     stage.context.close()
 
 
+def test_where_no_python_runs_a_line_can_be_moved_and_it_is_said(stage: Stage) -> None:
+    stage.page.evaluate("() => { model.send = () => { throw new TypeError('comm.send is not a function'); }; }")
+    before = stage.handles.nth(0).get_attribute("aria-valuenow")
+    stage.handles.nth(0).focus()
+    stage.page.keyboard.press("PageUp")
+    stage.page.wait_for_timeout(100)
+    assert float(stage.handles.nth(0).get_attribute("aria-valuenow")) == pytest.approx(float(before) + 5, abs=0.011)
+    assert "No Python runs behind this picture" in stage.page.get_by_role("status").text_content()
+    assert stage.page.locator(".rbp-side.is-stale").count() == 2
+
+
+def test_of_a_host_that_takes_messages_two_are_asked_at_once_and_then_the_latest(stage: Stage) -> None:
+    stage.page.evaluate("() => { window.sent = []; model.send = (asked) => window.sent.push(asked); }")
+    stage.handles.nth(0).focus()
+    for _ in range(5):
+        stage.page.keyboard.press("ArrowRight")
+    first = stage.page.evaluate("sent.map(asked => asked.peaks[0].frequency)")
+    assert np.diff(first) == pytest.approx([0.5])
+    result = stage.result()
+    stage.page.evaluate("told => model.set('result', {...told, stamp: sent[1].stamp})", result)
+    last = stage.page.evaluate("sent.map(asked => asked.peaks[0].frequency)")
+    # the answer to the second tells that none to the first will come
+    assert last == [*first, pytest.approx(first[0] + 2.0)]
+    stage.page.evaluate("told => model.set('result', {...told, stamp: sent[2].stamp})", result)
+    assert stage.page.evaluate("picker.asking.size") == 0
+
+
 @pytest.fixture
 def phone(browser: Any, bench: Bench, tmp_path: Path) -> Iterator[Stage]:
-    stage = Stage(
-        browser, bench, tmp_path, viewport={"width": 390, "height": 844}, device_scale_factor=2, has_touch=True
-    )
+    screen = {"viewport": {"width": 390, "height": 844}, "device_scale_factor": 2}
+    stage = Stage(browser, bench, tmp_path, **screen, has_touch=True, is_mobile=True)
     yield stage
     stage.context.close()
     assert stage.troubles == []
@@ -427,6 +453,69 @@ def test_a_finger_drags_a_peak_and_two_fingers_zoom(phone: Stage) -> None:
     low, high = phone.page.evaluate("[picker.view.low, picker.view.high]")
     # the fingers end 1.6 times as far apart
     assert (high - low) == pytest.approx(999.5 / 1.6, rel=0.02)
+
+
+def swipe(stage: Stage, x: float, y: float, dx: float, dy: float) -> None:
+    """One finger, ten steps."""
+    touch(stage, "touchStart", (x, y))
+    for k in range(1, 11):
+        touch(stage, "touchMove", (x + dx * k / 10, y + dy * k / 10))
+        stage.page.wait_for_timeout(16)
+    touch(stage, "touchEnd")
+    # a page that was thrown comes to rest
+    stage.page.wait_for_timeout(500)
+    stage.settle()
+
+
+def test_a_finger_scrolls_the_page_unless_it_holds_a_peak(phone: Stage) -> None:
+    def scrolled() -> float:
+        return float(phone.page.evaluate("scrollY"))
+
+    peaks, view = phone.peaks(), phone.page.evaluate("picker.view")
+    below = phone.page.locator(".rbp-legend").bounding_box()
+    box = phone.canvas.bounding_box()
+    for x, y in ((200.0, below["y"] + 10), (330.0, box["y"] + 200)):
+        swipe(phone, x, y, 0, -150)
+        assert scrolled() > 80
+        phone.page.evaluate("scrollTo(0, 0)")
+    assert phone.peaks() == peaks
+    assert phone.page.evaluate("picker.view") == view
+    # on a line and on a name, and not quite level
+    hertz = phone.page.evaluate("999.5 / (picker.box.right - picker.box.left)")
+    for down in (120.0, 0.0):
+        x, y = phone.middle(3)
+        before = phone.peaks()[3]["frequency"]
+        swipe(phone, x, y + down, 60, 70)
+        assert phone.peaks()[3]["frequency"] == pytest.approx(before + 60 * hertz, abs=5)
+        assert scrolled() == 0
+    # sideways on the background the band is moved, once it is not all there
+    for _ in range(2):
+        phone.page.locator(".rbp-zoom button").first.tap()
+    view = phone.page.evaluate("picker.view")
+    swipe(phone, 330.0, box["y"] + 280, -60, 0)
+    assert phone.page.evaluate("picker.view.low") > view["low"] + 20
+    for _ in range(2):
+        phone.page.touchscreen.tap(330, box["y"] + 280)
+    phone.page.wait_for_timeout(400)
+    assert phone.page.evaluate("[picker.view.low, picker.view.high]") == [0.5, 1000]
+    assert phone.page.evaluate("visualViewport.scale") == 1
+
+
+def test_a_tap_chooses_a_peak_and_a_double_tap_puts_it_on_its_maximum(phone: Stage) -> None:
+    x, y = phone.middle(1)
+    phone.page.touchscreen.tap(x + 3, y + 150)
+    phone.settle()
+    chosen = phone.page.evaluate("picker.selected")
+    assert chosen in (1, 3)
+    swipe(phone, x, y + 150, 20, 0)
+    moved = phone.peaks()[chosen]["frequency"]
+    x, y = phone.middle(chosen)
+    for _ in range(2):
+        phone.page.touchscreen.tap(x, y + 150)
+    phone.settle()
+    snapped = phone.peaks()[chosen]["frequency"]
+    assert abs(snapped - moved) > 20
+    assert min(abs(p.frequency - snapped) for p in phone.bench.readings[chosen]) < 1e-9
 
 
 def test_the_picture_has_the_pixels_of_the_screen(phone: Stage) -> None:

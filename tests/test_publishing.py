@@ -71,6 +71,12 @@ def test_a_copy_for_colab_fetches_the_repository_first_and_is_the_notebook_other
     assert rest == json.loads(original.read_text(encoding="utf-8"))["cells"]
 
 
+def test_the_door_of_the_book_is_a_page_that_leads_to_its_first_chapter() -> None:
+    there = publishing.DOOR.format(title="A book", first="notebooks/00_intro")
+    assert there.startswith("<!DOCTYPE html>")
+    assert there.count("notebooks/00_intro.html") == 2  # for those who are sent on, and for those who are not
+
+
 def test_links_of_the_pdf_lead_into_it_where_the_page_is_in_the_book() -> None:
     known = {"notebooks/a.html", "book/b.html"}
     assert pdf.target("notebooks/a.html", "../book/b.html#place", known) == "#book-b--place"
@@ -82,3 +88,9 @@ def test_links_of_the_pdf_lead_into_it_where_the_page_is_in_the_book() -> None:
 def test_the_parts_of_the_pdf_are_those_of_the_contents() -> None:
     captions = re.findall(r"caption: (.+)", (ROOT / "_toc.yml").read_text(encoding="utf-8"))
     assert list(pdf.parts(ROOT / "_toc.yml").values()) == captions
+
+
+def test_the_pdf_has_each_chapters_title_on_its_pages() -> None:
+    style = pdf.running_head("notebooks-x", '4 The "mystery"')
+    assert '@page notebooks-x { @top-right { content: "4 The \\"mystery\\"";' in style
+    assert "#notebooks-x { page: notebooks-x; }" in style

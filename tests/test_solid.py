@@ -6,12 +6,14 @@ Formulas that stand here are closed forms; the nine frequencies are those that t
 import importlib.util
 import time
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
+from scipy import linalg, sparse
 from scipy.sparse.linalg import splu
 
 import rbfound as rb
@@ -23,6 +25,7 @@ from rbfound.geometry import COARSE, WORKING, Bed, FoundationGeometry, Grid, fou
 from rbfound.mesh import STEEL, Material, brick, join
 from rbfound.solid import (
     Solid,
+    _order,
     beds_of,
     direct_receptance,
     elastic_solid,
@@ -383,3 +386,32 @@ def test_a_free_body_asks_for_a_shift_below_zero(bar: tuple) -> None:
 def test_a_bore_without_faces_is_refused() -> None:
     with pytest.raises(ValueError, match="no face"):
         elastic_solid([brick((1, 1, 1), (1, 1, 1))], bores=[lambda places: places[0] > 2])
+
+
+def test_the_modes_are_the_same_with_another_factor_behind_them(bar: tuple) -> None:
+    _, solid = bar
+    sizes = []
+
+    def factor(A: sparse.csc_array) -> Callable[[np.ndarray], np.ndarray]:
+        sizes.append(A.shape)
+        return splu(A).solve
+
+    for given, own in zip(natural_modes(solid, 8, factor=factor), natural_modes(solid, 8), strict=True):
+        np.testing.assert_allclose(given, own, rtol=1e-6, atol=1e-7 * np.abs(own).max())
+    assert sizes == [(len(solid.free),) * 2]
+
+
+def test_as_many_modes_as_a_small_body_has_less_one_and_no_more() -> None:
+    # one brick, integrated in full: with reduced integration alone it would have motions without strain
+    held = elastic_solid([brick((0.1, 0.1, 0.1), (1, 1, 1))], fixed=lambda places: places[2] == 0, full=True)
+    M, K = (A[held.free][:, held.free].toarray() for A in (held.M, held.K))
+    dense = np.sqrt(linalg.eigh(K, M, eigvals_only=True))
+    n = len(held.free)
+    np.testing.assert_allclose(natural_modes(held, n - 1)[0], dense[:-1], rtol=1e-7)
+    with pytest.raises(ValueError, match=rf"count is {n}: of {n} free coordinates"):
+        natural_modes(held, n)
+
+
+def test_nested_dissection_names_every_free_coordinate_once(solid: Solid) -> None:
+    order = _order(solid)
+    np.testing.assert_array_equal(np.sort(order), np.arange(len(solid.free)))

@@ -106,7 +106,10 @@ def test_the_diagram_at_each_speed_is_the_modes_at_that_speed():
     assert diagram.frequency.shape == diagram.damping.shape == diagram.whirl.shape == (3, 10)
     for k, speed in enumerate(diagram.speeds):
         modes = machine.at(speed).modes().above(1.0)
-        np.testing.assert_allclose(np.sort(diagram.frequency[k]), modes.frequency[:10], rtol=1e-9)
+        # the dense matrix's eigenvalues carry an error of eps times the largest square
+        every = np.abs(machine.at(speed).modes().poles)
+        allowed = 1e-9 + np.finfo(float).eps * (every.max() / np.abs(modes.poles[:10])) ** 2
+        assert (np.abs(np.sort(diagram.frequency[k]) / modes.frequency[:10] - 1) <= allowed).all()
         np.testing.assert_allclose(np.sort(diagram.damping[k]), np.sort(modes.damping[:10]), atol=1e-9)
 
 

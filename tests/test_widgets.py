@@ -68,6 +68,18 @@ def test_the_picture_sends_peaks_method_and_stamp_at_once_and_gets_its_stamp_bac
     assert picker.picked is before
 
 
+def test_a_question_sent_as_a_message_is_answered_like_a_change(picker: "widgets.PeakPicker") -> None:
+    peaks = [
+        {"seat": s, "frequency": f, "damping": None}
+        for s, f in zip(("x1", "y1", "x2", "y2"), (160.0, 280.0, 480.0, 626.0), strict=True)
+    ]
+    # what ipywidgets does with a message of the front end
+    picker._handle_custom_msg({"peaks": peaks, "method": "pmsm", "stamp": 9}, [])
+    assert picker.peaks == peaks
+    assert picker.result["stamp"] == 9
+    np.testing.assert_array_equal(picker.foundation.M, rb.pmsm(picker.bench.frf, picker.picked.peaks).M)
+
+
 def test_the_first_peaks_can_be_given() -> None:
     frf = rb.load_frf(DATA / "fine")
     picker = widgets.peak_picker(frf, peaks=[160, 344, 160, 344])

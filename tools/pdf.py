@@ -1,5 +1,8 @@
 """The built book as one PDF, printed by a headless Chromium: a title page, the contents, and every page in its order.
 
+It is printed twice: the first print tells on which page each chapter begins, the second has these numbers in its
+contents. Where they would differ from where the chapters then are, this says so.
+
     python tools/pdf.py _build/html _build/pdf/book.pdf [--cdn FOLDER]
 
 The pages take their formulas' typesetter from a CDN. Without a network `--cdn` names a folder that has it, as for
@@ -18,13 +21,18 @@ from typing import Any
 from browser import FLAGS, chromium, is_local, pages, router, served
 from bs4 import BeautifulSoup, Tag
 from playwright.sync_api import sync_playwright
+from pypdf import PdfReader
 
 ROOT = Path(__file__).resolve().parent.parent
 OUTSIDE = re.compile(r"^(?:[a-z]+:|//)")
 # what a reader of paper cannot use
 SCREEN_ONLY = "a.headerlink, button, script, .prev-next-footer, .viewcode-link, .toctree-wrapper, .tag_hide-output"
+SCREEN_ONLY += ", .sd-summary-state-marker"
+# of a picture for each theme and width, paper has the one for a wide light page
+SCREEN_ONLY += ", picture:has(> .only-dark), picture > source"
 STYLE = """
-@page { size: A4; margin: 22mm 20mm 20mm 20mm; }
+@page { size: A4; margin: 22mm 20mm 20mm 20mm; @bottom-center { content: counter(page); FOLIO } }
+@page :first { @bottom-center { content: ""; } }
 html { font-size: 10pt; }
 body { font-family: Georgia, "DejaVu Serif", serif; line-height: 1.42; color: #111; background: white; }
 h1, h2, h3, .title, nav { font-family: "Helvetica Neue", Arial, "DejaVu Sans", sans-serif; color: #14324f; }
@@ -33,14 +41,17 @@ h1, h2, h3 { break-after: avoid; } p { orphans: 3; widows: 3; margin: 0 0 0.75em
 section.page { break-before: page; }
 .title { height: 235mm; display: flex; flex-direction: column; justify-content: center; }
 .title h1 { font-size: 38pt; border: 0; } .title p { font-size: 14pt; max-width: 130mm; } .title img { width: 100%; }
-nav { break-before: page; } nav h2 { font-size: 11.5pt; margin: 3.5mm 0 0.5mm; }
-nav p { margin: 0.2mm 0; } nav a { color: #111; text-decoration: none; }
+nav { break-before: page; line-height: 1.25; } nav h2 { font-size: 11.5pt; margin: 3mm 0 0.3mm; }
+nav p { margin: 0; } nav a { color: #111; text-decoration: none; display: flex; align-items: baseline; }
+nav a i { flex: 1; border-bottom: 0.3mm dotted #999; margin: 0 2mm; } nav a b { font-weight: normal; width: 3em; }
+nav a b { text-align: right; }
 a { color: #14507f; text-decoration: none; }
 img { max-width: 100%; height: auto; break-inside: avoid; }
 pre, code { font-family: "DejaVu Sans Mono", monospace; } code { font-size: 0.85em; }
 pre { font-size: 7.6pt; line-height: 1.35; white-space: pre-wrap; overflow-wrap: anywhere; }
 pre { margin: 0; padding: 2mm 3mm; }
-.cell { margin: 3mm 0; } .cell_input pre { background: #f4f5f7; border-left: 0.8mm solid #9fb3c8; }
+.cell { margin: 3mm 0; } .cell_input { break-inside: avoid; break-after: avoid; }
+.cell_input pre { background: #f4f5f7; border-left: 0.8mm solid #9fb3c8; }
 .cell_output pre { white-space: pre; overflow: hidden; break-inside: avoid; }
 .cell_output img { display: block; margin: 0 auto; }
 table { border-collapse: collapse; font-size: 8.4pt; width: 100%; margin: 3mm 0; }
@@ -54,11 +65,11 @@ div.math { position: relative; } .eqno { position: absolute; right: 0; top: 0.6e
 dt.sig { font-family: "DejaVu Sans Mono", monospace; font-size: 8pt; margin-top: 3mm; overflow-wrap: anywhere; }
 dd { margin-left: 6mm; } mjx-container { font-size: 100% !important; }
 """
-FOOTER = (
-    '<div style="width:100%;text-align:center;font:8pt sans-serif;color:#555"><span class="pageNumber"></span></div>'
-)
+FOLIO = 'font: 8pt "Helvetica Neue", Arial, "DejaVu Sans", sans-serif; color: #555;'
 TYPESET = "window.MathJax?.startup?.promise?.then(() => document.querySelectorAll('mjx-container').length)"
 WRONG = "Array.from(document.querySelectorAll('[data-mjx-error]'), e => e.getAttribute('data-mjx-error'))"
+CHAPTERS = "Array.from(document.querySelectorAll('nav b'), b => b.dataset.at)"
+NUMBERS = "pages => document.querySelectorAll('nav b').forEach(b => { b.textContent = pages[b.dataset.at]; })"
 MISSING = "Array.from(document.images).filter(i => !i.naturalWidth).map(i => i.src)"
 
 
@@ -115,23 +126,42 @@ def parts(toc: Path) -> dict[str, str]:
     return {f"{page}.html": caption for caption, page in found}
 
 
+def running_head(name: str, heading: str) -> str:
+    """The style that puts a chapter's title at the top of its pages."""
+    quoted = heading.replace("\\", "\\\\").replace('"', '\\"')
+    return f'@page {name} {{ @top-right {{ content: "{quoted}"; {FOLIO} }} }} #{name} {{ page: {name}; }}'
+
+
+def beginnings(pdf: Path, names: set[str]) -> dict[str, int]:
+    """The page of a print on which each of these places is, counted from 1."""
+    reader = PdfReader(pdf)
+    found = {name.lstrip("/"): place for name, place in reader.named_destinations.items()}
+    numbers = {name: reader.get_destination_page_number(found[name]) for name in sorted(names & set(found))}
+    lost = names - {name for name, number in numbers.items() if number is not None}
+    if lost:
+        raise ValueError(f"{pdf} has no page for {', '.join(sorted(lost))}.")
+    return {name: number + 1 for name, number in numbers.items() if number is not None}
+
+
 def document(html: Path, toc: Path, title: str) -> str:
     """The whole book as one page."""
     names = pages(toc)[1:]
     starts, known = parts(toc), set(names)
-    contents, bodies = [], []
+    contents, bodies, heads = [], [], []
     for page in names:
         heading, number, body = article(html, page, known)
+        name = f"{number} {heading}".strip()
         if page in starts:
             contents.append(f"<h2>{escape(starts[page])}</h2>")
-        contents.append(f'<p><a href="#{anchor(page)}">{escape(f"{number} {heading}".strip())}</a></p>')
+        contents.append(f'<p><a href="#{anchor(page)}">{escape(name)}<i></i><b data-at="{anchor(page)}"></b></a></p>')
+        heads.append(running_head(anchor(page), name))
         bodies.append(f'<section class="page" id="{anchor(page)}">{body.decode_contents()}</section>')
     first = BeautifulSoup((html / names[1]).read_text(encoding="utf-8"), "html.parser")
     head = [
         '<meta charset="utf-8" />',
         f"<title>{escape(title)}</title>",
         '<link rel="stylesheet" href="/_static/pygments.css" />',
-        f"<style>{STYLE}</style>",
+        f"<style>{STYLE.replace('FOLIO', FOLIO)}{''.join(heads)}</style>",
         *(str(s) for s in first.find_all("script") if "mathjax" in str(s).lower()),
     ]
     picture = '<img src="/_static/overview.png" alt="" />'
@@ -166,7 +196,13 @@ def printed(play: Any, executable: str, whole: str, address: str, cdn: Path | No
     troubles += [f"formula: {error}" for error in page.evaluate(WRONG)]
     troubles += [f"picture: {source}" for source in page.evaluate(MISSING)]
     options = {"prefer_css_page_size": True, "print_background": True, "outline": True, "tagged": True}
-    page.pdf(path=out, display_header_footer=True, header_template="<span></span>", footer_template=FOOTER, **options)
+    chapters = set(page.evaluate(CHAPTERS))
+    page.pdf(path=out, **options)
+    before = beginnings(out, chapters)
+    page.evaluate(NUMBERS, before)
+    page.pdf(path=out, **options)
+    after = beginnings(out, chapters)
+    troubles += [f"contents: {name} is on page {after[name]}" for name in chapters if after[name] != before[name]]
     browser.close()
     return troubles
 

@@ -14,8 +14,11 @@ import json
 import zipfile
 from base64 import b64encode
 from collections.abc import Iterable, Mapping
+from functools import cache
 from html import escape
+from importlib.metadata import PackageNotFoundError, distribution
 from importlib.resources import files
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +30,7 @@ from sphinx.util.docutils import SphinxDirective
 
 import rbfound
 from rbfound import live
+from rbfound.files import UNIVERSAL
 
 ROOT = Path(__file__).resolve().parents[2]
 WORKER = Path(__file__).with_name("live_worker.js")
@@ -34,6 +38,8 @@ WORKER = Path(__file__).with_name("live_worker.js")
 CORE = ("pyodide.js", "pyodide.asm.js", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json")
 PACKAGES = ("numpy", "scipy", "openblas")
 BYTES = 36_500_000
+# Pure Python that only some of a reader's files need: it travels with the book, and is loaded when one is dropped.
+READERS = {"pyuff": UNIVERSAL}
 
 
 class LiveDirective(SphinxDirective):
@@ -47,16 +53,37 @@ class LiveDirective(SphinxDirective):
         if name not in live.THINGS:
             raise self.error(f"There is nothing named {name!r} to play with: there are {', '.join(live.THINGS)}.")
         self.env.metadata[self.env.docname]["live"] = True
-        picture, text = stills.still(name, live.start(name, data_folder(self.config)))
+        text = stills.words(started(name, data_folder(self.config)))
         size = download(self.config.live_pyodide) / 1e6
         where = "with this book" if is_folder(self.config.live_pyodide) else "once, then your browser keeps it"
         html = (
             f'<figure class="rbfound-live" id="live-{name}" data-live="{name}" data-front="{live.front(name)}">'
-            f'<img class="rbfound-live-still" alt="{escape(text)}" src="data:image/webp;base64,{base64(picture)}">'
+            f'<div class="rbfound-live-still">{pictures(name, text, "../" * self.env.docname.count("/"))}</div>'
             f'<figcaption class="rbfound-live-bar"><span>Python comes into the page for it: {size:.0f} MB, {where}.'
             "<noscript> JavaScript is off here, so the picture stands still.</noscript></span></figcaption></figure>"
         )
         return [nodes.raw("", html, format="html")]
+
+
+@cache
+def started(name: str, folder: Path) -> live.Live:
+    """A thing as it begins."""
+    return live.start(name, folder)
+
+
+def still_file(name: str, width: str, theme: str) -> str:
+    """Where a still picture lies in the book."""
+    return f"_static/live/{name}-{width}-{theme}.webp"
+
+
+def pictures(name: str, text: str, root: str) -> str:
+    """A still picture for each theme, with another one for narrow pages; the theme shows one of them."""
+    out = ""
+    for theme, kind in (("light", "only-light"), ("dark", "only-dark")):
+        wide, narrow = (root + still_file(name, width, theme) for width in ("wide", "narrow"))
+        out += f'<picture><source media="(max-width: 599px)" srcset="{narrow}">'
+        out += f'<img class="{kind}" alt="{escape(text)}" src="{wide}"></picture>'
+    return out
 
 
 def base64(data: bytes) -> str:
@@ -114,6 +141,16 @@ def wheel() -> bytes:
     return zipped(entries)
 
 
+def reader(name: str) -> bytes:
+    """A pure Python package as a wheel, from the environment that builds the book: its modules and its licence."""
+    try:
+        listed = distribution(name).files or []
+    except PackageNotFoundError:
+        raise ExtensionError(f"The live pages carry {name}, which is not here: pip install 'rbfound[book]'.") from None
+    taken = sorted(path for path in listed if path.suffix == ".py" or path.name in ("METADATA", "WHEEL", "LICENSE"))
+    return zipped((path.as_posix(), path.read_binary()) for path in taken)
+
+
 def data_of(folder: Path, names: Iterable[str]) -> bytes:
     """Some files, and some folders of files, as a zip."""
     paths = [
@@ -137,15 +174,17 @@ def scripts(config: Any) -> Mapping[str, Any]:
         "bytes": download(config.live_pyodide),
         "carried": [path.name for path in own] or None,
         "data": sorted(config.live_data),
+        "readers": READERS,
         "worker": WORKER.read_text(encoding="utf-8"),
         "fronts": fronts,
     }
     data = {f"data-{name}": base64(data_of(data_folder(config), some)) for name, some in config.live_data.items()}
-    return {"about": about, "wheel": base64(wheel()), **data, **{path.name: base64(path.read_bytes()) for path in own}}
+    wheels = {"wheel": base64(wheel()), **{name: base64(reader(name)) for name in READERS}}
+    return {"about": about, **wheels, **data, **{path.name: base64(path.read_bytes()) for path in own}}
 
 
 def pack(app: Sphinx, error: Exception | None) -> None:
-    """Sphinx's hook at the end of a build: write the scripts."""
+    """Sphinx's hook at the end of a build: write the scripts and the still pictures."""
     if error or app.builder.format != "html":
         return
     folder = Path(app.outdir) / "_static" / "live"
@@ -154,6 +193,10 @@ def pack(app: Sphinx, error: Exception | None) -> None:
         text = json.dumps(value, ensure_ascii=True)
         script = f"((globalThis.RBFOUND ??= {{}}).files ??= {{}})[{json.dumps(name)}] = {text};\n"
         (folder / f"{name}.js").write_text(script, encoding="ascii")
+    for name in live.THINGS:
+        thing = started(name, data_folder(app.config))
+        for width, theme in product(stills.WIDTHS, stills.THEMES):
+            (Path(app.outdir) / still_file(name, width, theme)).write_bytes(stills.still(thing, width, theme))
 
 
 def add_scripts(app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: Any) -> None:

@@ -16,8 +16,8 @@ def told(key, name, thing):
 def start(key, name, folder):
     return told(key, name, live.start(name, Path(folder)))
 
-def opened(key, name, folder):
-    return told(key, name, live.opened(name, Path(folder)))
+def opened(key, name, folder, unit):
+    return told(key, name, live.opened(name, Path(folder), unit))
 
 def update(key, text):
     return live.packed(running[key].update(json.loads(text)))
@@ -98,9 +98,13 @@ const ACTS = {
     if (data) python.unpackArchive(data, "zip", { extractDir: `/home/pyodide/data/${name}` });
     return glue("start", key, name, `data/${name}`);
   },
-  open({ key, name, files }) {
+  bring({ wheel }) {
+    python.unpackArchive(wheel, "wheel");
+    return {};
+  },
+  open({ key, name, files, unit }) {
     written("/home/pyodide/own", files);
-    return glue("opened", key, name, "own");
+    return glue("opened", key, name, "own", unit);
   },
   update: ({ key, text }) => glue("update", key, text),
   save: ({ key, name }) => glue("save", key, name),

@@ -9,6 +9,7 @@ import os
 import re
 from collections.abc import Iterator
 from html import escape
+from pathlib import Path
 from typing import Any
 from urllib.parse import quote, urljoin
 
@@ -20,6 +21,19 @@ LOST = """<h1>There is no such page</h1>
 <p>The address may be old: chapters keep their numbers, but not always their names. All of them are in the
 column of contents; <a href="search.html">search</a> finds words in any of them; or begin
 <a href="index.html">at the beginning</a>.</p>"""
+
+
+# at the top of the book there is no page, only the way to the first one
+DOOR = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8" />
+<title>{title}</title>
+<meta http-equiv="Refresh" content="0; url={first}.html" />
+</head>
+<body><p><a href="{first}.html">{title}</a></p></body>
+</html>
+"""
 
 
 def configured(app: Sphinx, config: Config) -> None:
@@ -80,9 +94,17 @@ def lost(app: Sphinx) -> Iterator[tuple[str, dict[str, Any], str]]:
     yield "404", {"title": "There is no such page", "body": LOST}, "page.html"
 
 
+def door(app: Sphinx, error: Exception | None) -> None:
+    """Sphinx's hook: the book opens at its first page. What would be written otherwise is no valid HTML."""
+    if app.builder.format == "html" and not error:
+        text = DOOR.format(title=escape(app.config.html_title), first=app.config.root_doc)
+        Path(app.outdir, "index.html").write_text(text, encoding="utf-8")
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Register the hooks."""
     app.connect("config-inited", configured, priority=900)
     app.connect("html-page-context", page_context, priority=900)
     app.connect("html-collect-pages", lost)
+    app.connect("build-finished", door)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -248,8 +248,8 @@ def sentence() -> str:
     return (
         f"**{sum(bool(p.labels) for p in every)} of {len(every)} equations** are in a chapter, {definitions} of them "
         f"definitions, which no test can fail; **{sum(bool(p.pages) for p in tables)} of {len(tables)} tables** are; "
-        f"and **{shown} of {len(figures)} figures** are made again under their number. The other "
-        f"{len(figures) - shown} have a line that says what stands in their place, or why nothing does."
+        f"and **{shown} of {len(figures)} figures** are made again under their number, of our own machine where the "
+        f"original's is not at hand. Where one is not made, its line says why."
     )
 
 

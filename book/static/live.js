@@ -38,12 +38,13 @@
   class Python {
     constructor(progress) {
       this.waiting = new Map();
+      this.brought = new Set();
       this.count = 0;
       this.progress = progress;
       this.ready = this.start();
     }
     async start() {
-      const about = await fromScript("about");
+      const about = (this.about = await fromScript("about"));
       let carried = null;
       if (about.carried) {
         carried = {};
@@ -68,6 +69,15 @@
         this.waiting.set(id, { done, failed });
         this.worker.postMessage({ id, kind, ...values });
       });
+    }
+    // A package that only these files need comes with the first of them.
+    async bring(names) {
+      for (const [reader, suffixes] of Object.entries(this.about.readers)) {
+        if (!names.some((name) => suffixes.some((suffix) => name.toLowerCase().endsWith(suffix)))) continue;
+        if (this.brought.has(reader)) continue;
+        await this.ask("bring", { wheel: await packed(reader) });
+        this.brought.add(reader);
+      }
     }
     heard({ kind, id, answer, error, share, text }) {
       if (kind === "progress") { this.progress(share, text); return; }
@@ -191,7 +201,7 @@
         heard(1, "Computing");
         await this.show(await this.python.ask("start", { key: this.key, name: this.name, data }));
         const seconds = ((performance.now() - started) / 1000).toFixed(1);
-        this.say(`Running in this page: ${this.python.versions}. Ready after ${seconds} s.`);
+        this.say(`Running in this page: ${this.python.versions}. Ready after ${seconds}\u00a0s.`);
         this.root.dataset.ready = seconds;
         // the button is gone: whoever came to it by keys goes on from here
         if (document.activeElement === document.body) {
@@ -250,10 +260,14 @@
       const words = make(own, "p");
       make(words, "strong", { textContent: "Your own FRFs. " });
       words.append("Drop the text files of a set or their folder here, one file for each pair of seats (sixteen for two bearings, named as in " +
-        "data/foundation: …x1_from_y1.txt), or one table (.csv) whose heading says x1 from y1 real [m/N] and so on. They are read in this page and stay on this machine.");
+        "data/foundation: …x1_from_y1.txt), or one table (.csv) whose heading says x1 from y1 real [m/N] and so on, or one " +
+        "Universal File (.uff, .unv) with datasets 58. They are read in this page and stay on this machine.");
       const row = make(own, "p");
       const label = make(row, "label", { textContent: "Choose files" });
-      const input = make(label, "input", { type: "file", multiple: true, accept: ".txt,.csv,.uff,.unv" });
+      const suffixes = [".txt", ".csv", ...Object.values(this.python.about.readers).flat()];
+      const input = make(label, "input", { type: "file", multiple: true, accept: suffixes.join() });
+      const unitLabel = make(row, "label", { textContent: "Unit, where they do not say it" });
+      const unit = make(unitLabel, "input", { type: "text", size: 8, placeholder: "m/N" });
       const back = make(row, "button", { type: "button", textContent: "Back to the book's FRFs", hidden: true });
       const told = make(own, "p", { className: "rbfound-live-status" }, { role: "status" });
       const work = async (text, act, done) => {
@@ -277,7 +291,8 @@
           const files = await Promise.all((await list).map(async (file) =>
             [file.name, new Uint8Array(await file.arrayBuffer())]));
           if (!files.length) throw new Error("There is none among them.");
-          return this.python.ask("open", { key: this.key, name: this.name, files });
+          await this.python.bring(files.map(([name]) => name));
+          return this.python.ask("open", { key: this.key, name: this.name, files, unit: unit.value.trim() });
         }, "What is shown was identified from your files.");
         back.hidden = !own.dataset.opened;
       };

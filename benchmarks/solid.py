@@ -1,0 +1,173 @@
+"""The first modes of the solid foundation beside CalculiX on the same mesh: CPU time and memory. Writes solid.md.
+
+`make bench` runs it with the others; it needs `ccx` on the PATH. With pypardiso installed, PARDISO's factor stands
+beside SuperLU's, and `python benchmarks/solid.py largest` solves the largest mesh (about ten minutes, 10 GB).
+"""
+
+import json
+import os
+import platform
+import re
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS="1")
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+import rbfound as rb
+from rbfound import solid as solids
+from rbfound.calculix import read_frequencies, write_deck
+from rbfound.geometry import COARSE, WORKING, FoundationGeometry, foundation_blocks
+from rbfound.solid import Solid, elastic_solid, mirror_halves, natural_modes
+
+Array = NDArray[np.float64]
+
+COUNT = 12
+# Clamped pads, as CalculiX's springs would cost it more than our bed costs us.
+GEOMETRY = FoundationGeometry(bed=None)
+GRIDS = {
+    "coarse": COARSE,
+    "between": COARSE.halved("neck", "neck_height", "foot", "stator", "web"),
+    "working": WORKING,
+}
+WAYS = ("rbfound, SuperLU", "rbfound, PARDISO", "CalculiX, SPOOLES")
+
+
+def pardiso(A: sparse.csc_array) -> solids.Solve:
+    """PARDISO's Cholesky factor of a definite matrix, for `natural_modes(..., factor=pardiso)`."""
+    from pypardiso import PyPardisoSolver
+
+    upper = sparse.triu(A, format="csr")
+    solver = PyPardisoSolver(mtype=2)
+    solver.factorize(upper)
+    solver.set_phase(33)
+    return lambda b: np.asarray(solver._call_pardiso(upper, np.asfortranarray(b)))
+
+
+def body(grid: str) -> Solid:
+    return elastic_solid(foundation_blocks(GEOMETRY, grid=GRIDS[grid]), GEOMETRY.on_pads)
+
+
+def ours(grid: str, factor: solids.Factor | None) -> dict[str, Any]:
+    """From blocks to modes: frequencies [Hz], CPU time [s], memory beyond that of the imports [MB]."""
+    before, start = peak(), os.times()
+    solid = body(grid)
+    omega, _ = natural_modes(solid, COUNT, factor=factor)
+    end, memory = os.times(), peak() - before
+    return {
+        "frequency": rb.hertz(omega).tolist(),
+        "coordinates": len(solid.free),
+        "cpu": end.user + end.system - start.user - start.system,
+        "memory": memory,
+    }
+
+
+def factor_size(grid: str) -> float:
+    """SuperLU's factor [MB]: both triangles, a number and an index each entry."""
+    solid = body(grid)
+    order = solids._order(solid)
+    A = solid.K[solid.free][:, solid.free][order][:, order].tocsc()
+    options = {"SymmetricMode": True}
+    factor = solids.splu(A, permc_spec="NATURAL", diag_pivot_thresh=0.0, relax=1, options=options)
+    return float(factor.nnz * 12 / 2**20)
+
+
+def theirs(grid: str) -> dict[str, Any]:
+    """CalculiX from its deck, which is written before: K by 2 x 2 x 2 points, as ours is, M too."""
+    with tempfile.TemporaryDirectory() as name:
+        deck = Path(name) / "body.inp"
+        blocks = foundation_blocks(GEOMETRY, grid=GRIDS[grid])
+        write_deck(deck, blocks, GEOMETRY.on_pads, count=COUNT, element="C3D20R")
+        start = os.times()
+        subprocess.run(["ccx", "-i", "body"], cwd=name, check=True, capture_output=True)
+        end = os.times()
+        frequency = read_frequencies(deck.with_suffix(".dat"))[:COUNT]
+    return {
+        "frequency": frequency.tolist(),
+        "cpu": end[2] + end[3] - start[2] - start[3],
+        "memory": resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024,
+    }
+
+
+def peak() -> float:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def asked(*words: str) -> Any:
+    """What this script answers in an interpreter of its own: its memory is then its own too."""
+    done = subprocess.run([sys.executable, __file__, *words], check=True, capture_output=True, text=True)
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def answer(way: str, grid: str) -> Any:
+    if way == "size":
+        return factor_size(grid)
+    if way == WAYS[2]:
+        return theirs(grid)
+    return ours(grid, pardiso if way == WAYS[1] else None)
+
+
+def largest(refinement: int = 3) -> None:
+    """The working mesh with every edge divided by three, as its two halves: written out as it goes."""
+    print(f"python {platform.python_version()}, pypardiso {version('pypardiso')}", flush=True)
+    start = os.times()
+    for half in mirror_halves(refinement=refinement):
+        omega, _ = natural_modes(half, 8, factor=pardiso)
+        now = os.times()
+        spent = now.user + now.system - start.user - start.system
+        print(f"{half}\n{rb.hertz(omega).round(4)} Hz; so far {spent:.0f} s of CPU, peak {peak():.0f} MB", flush=True)
+
+
+def page() -> str:
+    ways = [way for way in WAYS if way != WAYS[1] or find_spec("pypardiso")]
+    rows = []
+    for grid in GRIDS:
+        found = {way: asked(way, grid) for way in ways}
+        cpu = found[WAYS[2]]["cpu"]
+        size = asked("size", grid)
+        known = np.array(found[WAYS[0]]["frequency"])
+        for way, run in found.items():
+            apart = float(np.abs(np.array(run["frequency"]) / known - 1).max())
+            of_factor = f"{run['memory'] / size:.2f}" if way == WAYS[0] else ""
+            rows.append(
+                f"| {found[WAYS[0]]['coordinates']} | {way} | {run['cpu']:.2f} | {run['cpu'] / cpu:.2f} | "
+                f"{run['memory']:.0f} | {of_factor} | {apart:.0e} |"
+            )
+            print(rows[-1], flush=True)
+    told = re.findall(r"Version ([\d.]+)", subprocess.run(["ccx", "-v"], capture_output=True, text=True).stdout)
+    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "scikit-fem"))
+    return f"""# The solid beside CalculiX
+
+Written by `make bench` (`benchmarks/solid.py`): do not edit by hand.
+
+The foundation with clamped pads, 20-node bricks, the first {COUNT} modes on the same mesh, from the blocks (rbfound)
+or the deck (CalculiX) to the modes. CPU time, one thread. Memory: the peak beyond what the imports take, for CalculiX
+the whole; and its ratio to SuperLU's factor, both triangles with an index each entry. The last column is relative to
+rbfound with SuperLU: K alike, M by 3 x 3 x 3 points here and 2 x 2 x 2 there. Python {platform.python_version()},
+{packages}, CalculiX {told[0] if told else "?"}.
+
+| coordinates | way | CPU [s] | ratio to CalculiX | memory [MB] | to the factor | frequencies differ by |
+| ---: | --- | ---: | ---: | ---: | ---: | ---: |
+{chr(10).join(rows)}
+"""
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] == ["largest"]:
+        largest()
+    elif len(sys.argv) > 1:
+        print(json.dumps(answer(*sys.argv[1:])))
+    elif shutil.which("ccx"):
+        (Path(__file__).parent / "solid.md").write_text(page(), encoding="utf-8")
+    else:
+        sys.exit("CalculiX's solver `ccx` is not on the PATH: solid.md stays as it is.")

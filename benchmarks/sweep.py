@@ -1,0 +1,140 @@
+"""A study of 1e5 machines: CPU time a machine, one core and two, dask.distributed, memory. Writes sweep.md.
+
+`make bench` runs it with the others. Each way is an interpreter of its own, so that its peak of memory is its own too.
+"""
+
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
+from importlib.metadata import version
+from pathlib import Path
+from statistics import median
+
+os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1")
+
+import numpy as np
+from dask.distributed import Client, LocalCluster
+
+import rbfound as rb
+from rbfound.sweeps import Study, results, sweep
+
+try:
+    import resource
+except ImportError:  # Windows has no such count
+    resource = None  # type: ignore[assignment]
+
+WHOLE, PART = 100, 10
+REPEATS = 3
+CHECKED = 20
+
+
+def study(speeds: int) -> Study:
+    """A thousand machines at each of so many speeds: ten stiffnesses, ten dampings, ten foundations."""
+    foundation = rb.thesis.unrounded_foundation()
+    grounds = [
+        rb.Foundation(foundation.M, foundation.C, factor * foundation.K, foundation.B)
+        for factor in np.geomspace(0.5, 5, 10)
+    ]
+    factors = np.geomspace(0.1, 10, 10)
+    return Study(
+        rb.thesis.rotor(),
+        rb.thesis.bearings(),
+        np.linspace(0, rb.from_rpm(30000), speeds),
+        grounds,
+        stiffness=factors,
+        damping=factors,
+        limit=500.0,
+    )
+
+
+def ways(name: str) -> AbstractContextManager[Executor | None]:
+    """The executor of this name."""
+    if name == "serial":
+        return nullcontext()
+    if name.startswith("processes"):
+        return ProcessPoolExecutor(int(name.split()[1]))
+    cluster = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
+    return Client(cluster).get_executor()
+
+
+def measured(name: str, speeds: int) -> dict[str, float]:
+    """One way in this interpreter: seconds, peak of memory [MB], and how far its rows are from the whole machines."""
+    these = study(speeds)
+    with tempfile.TemporaryDirectory() as folder, ways(name) as executor:
+        wall, before = time.perf_counter(), os.times()
+        sweep(these, folder, executor=executor, progress=False)
+        wall, after = time.perf_counter() - wall, os.times()
+        size = sum(path.stat().st_size for path in Path(folder).iterdir())
+        numbers = np.random.default_rng(0).choice(len(these), CHECKED, replace=False)
+        f1 = results(folder, ["f1"])["f1"][numbers]
+    whole = [these.system(number).modes().above(these.above).frequency[0] for number in numbers]
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024 if resource else float("nan")
+    return {
+        "wall": wall,
+        "cpu": after.user + after.system - before.user - before.system,
+        "memory": peak,
+        "disk": size / 1e6,
+        "apart": float(np.abs(f1 / whole - 1).max()),
+    }
+
+
+def asked(name: str, speeds: int) -> dict[str, float]:
+    """The same in an interpreter of its own."""
+    command = [sys.executable, __file__, name, str(speeds)]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    return dict(json.loads(done.stdout.splitlines()[-1]))
+
+
+def page() -> str:
+    small, large = asked("serial", PART), asked("serial", WHOLE)
+    rows = []
+    runs: dict[str, list[dict[str, float]]] = {"processes 1": [], "processes 2": [], "dask.distributed, 2 workers": []}
+    for _ in range(REPEATS):
+        for name, row in runs.items():
+            row.append(asked(name, PART))
+    one = median(run["wall"] for run in runs["processes 1"])
+    for name, row in runs.items():
+        seconds = [run["wall"] for run in row]
+        told = " ".join(f"{value:.1f}" for value in sorted(seconds))
+        rows.append(f"| {name} | {told} | {one / median(seconds):.2f} |")
+    sizes = "\n".join(
+        f"| {1000 * speeds} | {run['cpu']:.1f} | {run['cpu'] / speeds:.3f} | {run['memory']:.0f} | {run['disk']:.1f} "
+        f"| {run['apart']:.0e} |"
+        for speeds, run in ((PART, small), (WHOLE, large))
+    )
+    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "pyarrow", "distributed"))
+    return f"""# A study of many machines
+
+Written by `make bench` (`benchmarks/sweep.py`): do not edit by hand.
+
+The thesis's rotor over ten factors of bearing stiffness, ten of damping, ten foundations and up to {WHOLE} speeds: all
+natural frequencies and damping ratios up to 500 Hz, to Parquet. Python {platform.python_version()}, {packages};
+{os.cpu_count()} cores, which other work may share: CPU time is what counts, and walls are given run by run.
+
+| machines | CPU [s] | CPU a machine [ms] | peak of memory [MB] | on disk [MB] | first frequency, worst of {CHECKED} |
+| ---: | ---: | ---: | ---: | ---: | ---: |
+{sizes}
+
+The last column is relative to the unreduced machine, solved by itself.
+
+The same script through executors, {1000 * PART} machines, {REPEATS} runs by turns:
+
+| executor | wall [s] | speed-up of the median |
+| --- | ---: | ---: |
+{chr(10).join(rows)}
+"""
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        print(json.dumps(measured(sys.argv[1], int(sys.argv[2]))))
+    else:
+        text = page()
+        (Path(__file__).parent / "sweep.md").write_text(text, encoding="utf-8")
+        print(text)
