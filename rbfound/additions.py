@@ -33,7 +33,7 @@ def first_modes(problem: Problem, poles: Complex) -> State:
     """
     own, zeta = np.abs(poles), np.clip(-poles.real / np.abs(poles), 1e-4, 0.3)
     seats, m = int(problem.rows.max()) + 1, len(poles)
-    low, high = problem.omega[0], problem.omega[-1]
+    low, high = problem.edges
     w = problem.omega
     columns = np.vstack([compliance(w, own, zeta), np.ones_like(w), (w / high) ** 2, -((low / w) ** 2)])
     residue = np.zeros((m + 3, seats, seats))

@@ -58,7 +58,8 @@ def compressed(problem: Problem, poles: Complex, relative: bool, finest: float) 
             continue
         nodes.append(omega[part][0] + at)
         values.append(along / np.sqrt(share))
-        weights.append(np.repeat(np.sqrt(np.mean(weight[:, part] ** 2, axis=1, keepdims=True)), NODES, axis=1))
+        variance = np.mean(weight[:, part] ** -2.0, axis=1, keepdims=True)
+        weights.append(np.repeat(1 / np.sqrt(variance), NODES, axis=1))
         shares.append(share)
     at, few, share = np.concatenate(nodes), np.hstack(values), np.concatenate(shares)
     if len(at) == len(omega):

@@ -22,7 +22,7 @@ def covariance_of(problem: Problem, state: State) -> tuple[Array, float]:
 
 def hidden_places(problem: Problem) -> Array:
     """Frequencies of the residues that stand for what noise can hide [rad/s]."""
-    low, high = problem.omega[0], problem.omega[-1]
+    low, high = problem.edges
     return np.concatenate([low * np.array(HIDDEN_BELOW), high * np.array(HIDDEN_ABOVE)])
 
 

@@ -33,6 +33,9 @@ LEAST = 1e-12
 # The damping of a first step: far from the end, and near it, where the way along the valley is known.
 CAREFUL, SURE = 1e-3, 1e-6
 
+# No mode comes nearer to an edge of the band than this part of it.
+APART = 1e-6
+
 # Lines in one piece of the normal equations: keeps what is in memory at a time to a few megabytes.
 BATCH = 2048
 
@@ -49,6 +52,8 @@ class Problem:
         One over the standard deviation of each entry, but for one common factor, the noise.
     rows, columns : (entries,)
         i and j of each entry.
+    edges : (lowest, highest) [rad/s]
+        Of the band: its first line and its last, of the nodes too.
     averaging : float
         By how much the mean of H_ij and H_ji is surer than either: sqrt(2), or 1 if they are one measurement.
     nodes : Problem
@@ -63,6 +68,7 @@ class Problem:
     weight: Array
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
+    edges: tuple[float, float]
     averaging: float = 1.0
     nodes: "Problem | None" = None
     least: float = 0.0
@@ -107,7 +113,8 @@ def problem_of(omega: Array, H: Complex, relative: bool = True, errors: Array | 
     if errors is not None:
         both = np.hypot(errors, errors.transpose(0, 2, 1))[:, rows, columns].T / np.sqrt(2)
         weight = np.where(rows != columns, averaging, 1.0)[:, None] / both
-    return Problem(omega, mean, weight, rows, columns, averaging, least=float(errors is not None))
+    edges = float(omega[0]), float(omega[-1])
+    return Problem(omega, mean, weight, rows, columns, edges, averaging, least=float(errors is not None))
 
 
 def size_of(H: Complex, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Array:
@@ -285,11 +292,13 @@ def moved(problem: Problem, state: State, step: Array) -> State:
     """
     seats, m = state.Phi.shape
     shapes, frequency, damping = step[: seats * m], step[seats * m : -m], step[-m:]
-    low, high = problem.omega[0], problem.omega[-1]
+    low, high = problem.edges
     omega = state.omega * np.exp(np.clip(frequency, -0.5, 0.5))
     for edge in (low, high):
-        half = np.sqrt(state.omega * edge)
-        omega = np.where(state.omega > edge, np.maximum(omega, half), np.minimum(omega, half))
+        # half of the way, over and over, would end on the edge
+        half, side = np.sqrt(state.omega * edge), np.where(state.omega > edge, 1, -1)
+        nearest = side * np.maximum(side * half, side * edge * (1 + side * APART))
+        omega = side * np.maximum(side * omega, side * nearest)
     omega = np.clip(omega, NEAR_ZERO * low, FAR * high)
     return State(
         (state.Phi + shapes.reshape(seats, m)) * (omega / state.omega),

@@ -167,7 +167,7 @@ def fit_modes(
         errors, relative = _errors(frf, part, errors), False
     problem = problem_of(np.asarray(radians(part.frequency)), part.H, relative, errors)
     poles = _poles(part)
-    edges = float(problem.omega[0]), float(problem.omega[-1])
+    edges = problem.edges
     zeta = float(np.clip(np.median(-poles.real / np.abs(poles)), 2e-3, 0.05)) if len(poles) else 0.02
     problem = compressed(problem, poles, relative, FINEST * scale_of_data(problem))
     state = completed(problem, first_modes(problem.thinned(), poles), edges, zeta, MOST)

@@ -43,7 +43,7 @@ def arranged(problem: Problem, own: State, zeta: float, variance: float) -> Stat
     -------
     None when there are too many seats for it.
     """
-    low, high = problem.omega[0], problem.omega[-1]
+    low, high = problem.edges
     places = np.repeat(np.concatenate([low * np.array(BELOW), high * np.array(ABOVE)]), len(DAMPED))
     damping = np.tile(zeta * np.array(DAMPED), len(places) // len(DAMPED))
     entries, seats = len(problem.rows), own.Phi.shape[0]
@@ -80,7 +80,7 @@ def _best(problem: Problem, A: Array, b: Array, count: int, gap: float) -> Array
 
     while True:
         for _ in range(STEPS):
-            S: Array = np.linalg.inv(_matrices(problem, x[p:].reshape(count, entries)))
+            S = np.asarray(np.linalg.inv(_matrices(problem, x[p:].reshape(count, entries))), dtype=float)
             slope, bend = 2 * (A @ x - b), 2 * A
             slope[p:] -= barrier * (twice * S[:, problem.rows, problem.columns]).ravel()
             for k, both in enumerate(_barrier_bend(problem, S, twice)):
