@@ -4,7 +4,7 @@ A search that moves single modes ends in one of many valleys. Positive semidefin
 frequencies, beside steps of the modes of the band to first order, have no valleys: an interior-point method (Boyd and
 Vandenberghe 2004, Convex Optimization, section 11.6, doi:10.1017/CBO9780511804441) finds what is best. It is more modes
 than the data need; projected on what it answers at a few frequencies of the band (Krylov vectors: a congruence, so that
-it stays passive) it is left with three a seat.
+it stays passive) it is left with three a seat above the band and one below.
 """
 
 import numpy as np
@@ -21,7 +21,7 @@ DAMPED = (0.5, 2.0)
 # More unknowns than these cost more than they save.
 MOST = 600
 
-# Parts of the upper edge at which the few modes answer as the many do.
+# Parts of the upper edge at which the few modes above it answer as the many do.
 EXACT = (0.3, 0.8, 1.0)
 
 # The barrier: its first size, as a part of the largest slope; how it falls; steps at each size at the most.
@@ -56,7 +56,8 @@ def arranged(problem: Problem, own: State, zeta: float, variance: float) -> Stat
     Phi = (vectors * np.sqrt(np.maximum(values, 0))[:, None, :]).transpose(1, 0, 2).reshape(seats, -1)
     many = State(Phi, np.repeat(places, seats), np.repeat(damping, seats))
     above = many.omega > high
-    return moved(problem, own, step).joined(_few(many.only(above), high)).joined(many.only(~above))
+    few = _few(many.only(above), high * np.array(EXACT)).joined(_few(many.only(~above), np.array([low])))
+    return moved(problem, own, step).joined(few)
 
 
 def _best(problem: Problem, A: Array, b: Array, count: int, gap: float) -> Array:
@@ -114,12 +115,11 @@ def _matrices(problem: Problem, entries: Array) -> Array:
     return R
 
 
-def _few(many: State, high: float) -> State:
-    """Modes that answer at a few frequencies of the band as the many do, undamped and to twice the order there."""
+def _few(many: State, at: Array) -> State:
+    """As many modes a seat as frequencies, where they answer as the many do: undamped, value and slope."""
     # in coordinates of which the stiffness is one
     B = many.Phi / many.omega
-    squares = [1 - (part * high / many.omega) ** 2 for part in EXACT]
-    V = linalg.qr(np.hstack([(B / square).T for square in squares]), mode="economic")[0]
+    V = linalg.qr(np.hstack([(B / (1 - (omega / many.omega) ** 2)).T for omega in at]), mode="economic")[0]
     softness, turn = np.linalg.eigh(V.T @ (V / many.omega[:, None] ** 2))
     T, omega = V @ turn, 1 / np.sqrt(softness)
     return State(B @ T * omega, omega, (T**2 * (many.zeta / many.omega)[:, None]).sum(axis=0) * omega)
