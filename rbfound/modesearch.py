@@ -24,9 +24,10 @@ from rbfound.remainder import arranged
 from rbfound.units import hertz
 
 # A new mode has seats + 2 parameters and about a hundred places to be tried at: by chance the cost falls, in units of
-# the noise's variance, by 20 in less than one fit of a thousand. A pseudo-mode too many does no harm, but what one too
-# few leaves undone makes the others wrong by more than their error bars: 7 falls by chance in one fit of five.
-WORTH, WORTH_OUTSIDE = 20.0, 7.0
+# the noise's variance, by 20 in less than one fit of a thousand. A pseudo-mode too many above the band does no harm, but
+# what one too few leaves undone makes the others wrong by more than their error bars: 7 falls by chance in one fit of
+# five. One too many below it would be a slow critical speed that is not there.
+WORTH, WORTH_ABOVE = 20.0, 7.0
 
 # A pseudo-mode that does less, in units of the noise's variance, stands for nothing.
 IDLE = 2.0
@@ -54,8 +55,8 @@ def scale_of_data(problem: Problem) -> float:
 def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: float, most: int) -> State:
     """Refine and add what is missing, by turns, until noise could do as much.
 
-    A mode of the band comes alone; what lies outside it, the first time that one pseudo-mode a seat will not do, anew
-    and as a whole.
+    A mode of the band comes alone; what lies above it, the first time that one pseudo-mode a seat will not do, anew and
+    as a whole.
 
     Parameters
     ----------
@@ -80,7 +81,7 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
             continue
         if added < most and left > FINEST**2 * problem.H.size:
             new, gain = missing_mode(thin, state, tried, zeta)
-            least = variance * np.where(within, WORTH, WORTH_OUTSIDE)
+            least = variance * np.where(tried > edges[1], WORTH_ABOVE, WORTH)
             best = int(np.where(gain > least, gain, 0.0).argmax())
             found, more = gain[best] > least[best] and (thorough or within[best]), None
             if found and not within[best] and not whole:

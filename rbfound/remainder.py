@@ -1,10 +1,10 @@
-"""What lies outside the band, found at once: residues at fixed places are a convex problem, and it has one optimum.
+"""What lies above the band, found at once: residues at fixed places are a convex problem, and it has one optimum.
 
 A search that moves single modes ends in one of many valleys. Positive semidefinite residues of any rank at a few fixed
 frequencies, beside steps of the modes of the band to first order, have no valleys: an interior-point method (Boyd and
 Vandenberghe 2004, Convex Optimization, section 11.6, doi:10.1017/CBO9780511804441) finds what is best. It is more modes
 than the data need; projected on what it answers at a few frequencies of the band (Krylov vectors: a congruence, so that
-it stays passive) it is left with three a seat above the band and one below.
+it stays passive) it is left with three a seat.
 """
 
 import numpy as np
@@ -13,15 +13,14 @@ from scipy import linalg
 from rbfound.additions import bordered
 from rbfound.leastsquares import Array, Problem, State, moved, scale_of
 
-# Where residues stand: parts of the band's lower edge, multiples of its upper edge. At each place there are two, damped
-# by these multiples: of both together, any damping between can be made.
-BELOW, ABOVE = (0.3,), (1.015, 1.05, 1.12, 1.22, 1.4, 1.8, 3.0, 20.0)
-DAMPED = (0.5, 2.0)
+# Where residues stand, in multiples of the band's upper edge. At each place there are two, damped by these multiples: of
+# both together, any damping between can be made.
+ABOVE, DAMPED = (1.015, 1.05, 1.12, 1.22, 1.4, 1.8, 3.0, 20.0), (0.5, 2.0)
 
 # More unknowns than these cost more than they save.
 MOST = 600
 
-# Parts of the upper edge at which the few modes above it answer as the many do.
+# Parts of the upper edge at which the few modes answer as the many do.
 EXACT = (0.3, 0.8, 1.0)
 
 # The barrier: its first size, as a part of the largest slope; how it falls; steps at each size at the most.
@@ -29,7 +28,7 @@ FIRST, FALL, STEPS = 0.3, 8.0, 4
 
 
 def arranged(problem: Problem, own: State, zeta: float, variance: float) -> State | None:
-    """The modes of the band, and a few pseudo-modes outside it.
+    """The modes of the band, and a few pseudo-modes above it.
 
     Parameters
     ----------
@@ -43,9 +42,9 @@ def arranged(problem: Problem, own: State, zeta: float, variance: float) -> Stat
     -------
     None when there are too many seats for it.
     """
-    low, high = problem.edges
-    places = np.repeat(np.concatenate([low * np.array(BELOW), high * np.array(ABOVE)]), len(DAMPED))
-    damping = np.tile(zeta * np.array(DAMPED), len(places) // len(DAMPED))
+    high = problem.edges[1]
+    places = np.repeat(high * np.array(ABOVE), len(DAMPED))
+    damping = np.tile(zeta * np.array(DAMPED), len(ABOVE))
     entries, seats = len(problem.rows), own.Phi.shape[0]
     if len(places) * entries > MOST:
         return None
@@ -55,9 +54,7 @@ def arranged(problem: Problem, own: State, zeta: float, variance: float) -> Stat
     values, vectors = np.linalg.eigh(R)
     Phi = (vectors * np.sqrt(np.maximum(values, 0))[:, None, :]).transpose(1, 0, 2).reshape(seats, -1)
     many = State(Phi, np.repeat(places, seats), np.repeat(damping, seats))
-    above = many.omega > high
-    few = _few(many.only(above), high * np.array(EXACT)).joined(_few(many.only(~above), np.array([low])))
-    return moved(problem, own, step).joined(few)
+    return moved(problem, own, step).joined(_few(many, high * np.array(EXACT)))
 
 
 def _best(problem: Problem, A: Array, b: Array, count: int, gap: float) -> Array:
