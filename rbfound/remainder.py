@@ -26,6 +26,9 @@ EXACT = (0.3, 0.8, 1.0)
 # The barrier: its first size, as a part of the largest slope; how it falls; steps at each size at the most.
 FIRST, FALL, STEPS = 0.3, 8.0, 4
 
+# A step that has to be shorter than this part of Newton's leads nowhere.
+SHORT = 1e-6
+
 
 def arranged(problem: Problem, own: State, zeta: float, variance: float) -> State | None:
     """The modes of the band, and a few pseudo-modes above it.
@@ -58,7 +61,10 @@ def arranged(problem: Problem, own: State, zeta: float, variance: float) -> Stat
 
 
 def _best(problem: Problem, A: Array, b: Array, count: int, gap: float) -> Array:
-    """The x that makes x'Ax - 2b'x least, its last entries being `count` positive semidefinite matrices."""
+    """The x that makes x'Ax - 2b'x least, its last entries being `count` positive semidefinite matrices.
+
+    To `gap`, or to where rounding ends the way; x is feasible all along it.
+    """
     entries = len(problem.rows)
     p = len(A) - count * entries
     point = problem.rows == problem.columns
@@ -84,12 +90,17 @@ def _best(problem: Problem, A: Array, b: Array, count: int, gap: float) -> Array
             for k, both in enumerate(_barrier_bend(problem, S, twice)):
                 part = slice(p + k * entries, p + (k + 1) * entries)
                 bend[part, part] += barrier * both
-            # neighbouring places are nearly alike: rounding must not make it indefinite
+            # neighbouring places are nearly alike: rounding makes it indefinite
             bend.flat[:: len(bend) + 1] += 1e-12 * np.trace(bend) / len(bend)
-            step = -linalg.solve(bend, slope, assume_a="pos", check_finite=False)
+            lower, failed = linalg.lapack.dpotrf(bend, lower=1)
+            if failed:
+                return x * unit
+            step = -linalg.lapack.dpotrs(lower, slope, lower=1)[0]
             now, expected, length = worth(x), -float(slope @ step), 1.0
-            while worth(x + length * step) > now - 1e-4 * length * expected and length > 1e-6:
+            while worth(x + length * step) > now - 1e-4 * length * expected:
                 length *= 0.6
+                if length < SHORT:
+                    return x * unit
             x = x + length * step
             if expected < barrier / 2:
                 break
