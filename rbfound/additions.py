@@ -112,7 +112,7 @@ def against(problem: Problem, state: State, own: Array, zeta: Array) -> tuple[Ar
 
 
 def bordered(problem: Problem, state: State, places: Array, zeta: Array) -> tuple[Array, Array]:
-    """J'J and J'r of the modes' parameters and, behind them, of the entries of a free symmetric residue at each place."""
+    """J'J and J'r of the modes' parameters and, behind them, of the entries of a free residue at each place."""
     thin = problem.thinned()
     N, b = curvature(thin, state), gradient(thin, state, residuals(thin, state))
     p, entries = len(N), len(problem.rows)

@@ -24,9 +24,9 @@ from rbfound.remainder import arranged
 from rbfound.units import hertz
 
 # A new mode has seats + 2 parameters and about a hundred places to be tried at: by chance the cost falls, in units of
-# the noise's variance, by 20 in less than one fit of a thousand. A pseudo-mode too many above the band does no harm, but
-# what one too few leaves undone makes the others wrong by more than their error bars: 7 falls by chance in one fit of
-# five. One too many below it would be a slow critical speed that is not there.
+# the noise's variance, by 20 in less than one fit of a thousand. A pseudo-mode too many above the band does no harm,
+# but what one too few leaves undone makes the others wrong by more than their error bars: 7 falls by chance in one fit
+# of five. One too many below it would be a slow critical speed that is not there.
 WORTH, WORTH_ABOVE = 20.0, 7.0
 
 # A pseudo-mode that does less, in units of the noise's variance, stands for nothing.
@@ -69,7 +69,7 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
     thin, variance = problem.thinned(), variance_of(problem, state)
     added, whole, thorough = 0, False, False
     while True:
-        # a rough fit tells where a mode of the band is missing; that none is, and whether those outside it do, a good one
+        # a rough fit tells where a mode of the band is missing; a good one, that none is, and whether those outside do
         small, rough, damping = (0.02 * variance, 0.0, SURE) if thorough else (variance, ROUGH, CAREFUL)
         state, left = refine(thin, state, small=small, rough=rough, damping=damping, iterations=80)
         variance = variance_of(problem, state)

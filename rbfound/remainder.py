@@ -13,8 +13,8 @@ from scipy import linalg
 from rbfound.additions import bordered
 from rbfound.leastsquares import Array, Problem, State, moved, scale_of
 
-# Where residues stand, in multiples of the band's upper edge. At each place there are two, damped by these multiples: of
-# both together, any damping between can be made.
+# Where residues stand, in multiples of the band's upper edge. At each place there are two, damped by these multiples:
+# of both together, any damping between can be made.
 ABOVE, DAMPED = (1.015, 1.05, 1.12, 1.22, 1.4, 1.8, 3.0, 20.0), (0.5, 2.0)
 
 # More unknowns than these cost more than they save.
