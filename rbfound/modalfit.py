@@ -119,7 +119,7 @@ def identify(
     *,
     band: tuple[float, float] | None = None,
     modes: int | None = None,
-    relative: bool = True,
+    relative: bool | None = None,
     errors: Array | None = None,
 ) -> Foundation:
     """A foundation from its measured FRFs: all modes of a band, and the sum of those outside it.
@@ -135,7 +135,7 @@ def fit_modes(
     *,
     band: tuple[float, float] | None = None,
     modes: int | None = None,
-    relative: bool = True,
+    relative: bool | None = None,
     errors: Array | None = None,
 ) -> ModalFit:
     """Real modes fitted to all FRFs at once.
@@ -150,7 +150,8 @@ def fit_modes(
         How many modes the band holds, if you know.
     relative : bool
         Whether an FRF's error grows with |H| (a calibration, a finite number of averages) or is the same on all lines
-        and in all FRFs.
+        and in all FRFs. Unless given, it grows with |H|, but where neighbouring lines tell otherwise: then the errors
+        are those that they tell (`rbfound.noise.own_errors`).
     errors : (n, seats, seats) [m/N]
         Standard deviation of the complex error of each receptance on each line, where a measurement tells it, as
         `rbfound.averaging.Spectra.errors` does. Then `relative` counts for nothing.
@@ -164,7 +165,11 @@ def fit_modes(
     part, band = lines_in(frf, band)
     _check(part, band, modes)
     if errors is not None:
-        errors, relative = _errors(frf, part, errors), False
+        errors = _errors(frf, part, errors)
+    elif relative is None:
+        errors = own_errors(part.frequency, part.H)
+    told = errors is not None and relative is None
+    relative = errors is None and relative is not False
     problem = problem_of(np.asarray(radians(part.frequency)), part.H, relative, errors)
     poles = _poles(part)
     edges = problem.edges
