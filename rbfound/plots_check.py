@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from rbfound.checking import FEW_LINES, STATIC_PART, Report, gains
 from rbfound.frf import FRF
 from rbfound.peaks import mode_indicator
-from rbfound.plots import BLACK, BLUE, ORANGE, RED, STYLE, styled
+from rbfound.plots_style import BLACK, BLUE, ORANGE, RED, STYLE, styled
 from rbfound.tables import number
 
 # A matrix of noise is lettered up to so many seats.

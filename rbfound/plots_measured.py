@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rbfound.averaging import Blocks
-from rbfound.plots import BLACK, BLUE, LINES, RED, styled
+from rbfound.plots_style import BLACK, BLUE, LINES, RED, styled
 
 
 @styled

@@ -9,7 +9,8 @@ from matplotlib.collections import PolyCollection
 from numpy.typing import ArrayLike, NDArray
 
 from rbfound.bodies import Body
-from rbfound.plots import BLACK, BLUE, GREEN, ORANGE, RED, VIEW, body_on, styled
+from rbfound.plots_bodies import VIEW, body_on
+from rbfound.plots_style import BLACK, BLUE, GREEN, ORANGE, RED, styled
 from rbfound.solid import Solid, surface
 
 # corners of a brick that an edge joins, in the order of skfem's MeshHex

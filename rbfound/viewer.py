@@ -22,7 +22,8 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from rbfound.bodies import Body
-from rbfound.plots import BLACK, STYLE, TILT, TURN, VIEW
+from rbfound.plots_bodies import TILT, TURN, VIEW
+from rbfound.plots_style import BLACK, STYLE
 from rbfound.tables import number
 
 Array = NDArray[np.float64]

@@ -397,7 +397,7 @@ def test_a_notebook_that_was_made_a_page_says_at_once_where_the_peaks_can_be_mov
         document.querySelector(".rbfound-picker").parentElement.remove();
         const type = "application/vnd.jupyter.widget-state+json";
         document.head.append(Object.assign(document.createElement("script"), { type }));
-        document.body.append(Object.assign(document.createElement("a"), { href: "book/live.html", textContent: "Live" }));
+        document.body.append(Object.assign(document.createElement("a"), { href: "book/live.html" }));
         model.save_changes = () => {};
         exported.render({ model, el: document.getElementById("here") });
     }""")
