@@ -27,7 +27,7 @@ def machine(
     held: ArrayLike = (),
     springs: Sequence[str] = (),
 ) -> None:
-    """Bodies with the forces on them and the places where they are held, seen as by `rbfound.plots.body`.
+    """Bodies with the forces on them and the places where they are held, seen as by `rbfound.plots_bodies.body`.
 
     Parameters
     ----------
