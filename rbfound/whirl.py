@@ -138,6 +138,11 @@ def campbell(machine: Spinning, speeds: ArrayLike, count: int = 12, above: float
         Modes to follow: the lowest ones at the first speed.
     above : float [Hz]
         Slower modes are left out: rigid-body and overdamped ones.
+
+    Raises
+    ------
+    ValueError
+        When the speeds are not finite and ascending.
     """
     speeds = np.atleast_1d(np.asarray(speeds, dtype=float))
     if speeds.ndim != 1 or not len(speeds) or not np.isfinite(speeds).all() or (np.diff(speeds) <= 0).any():
