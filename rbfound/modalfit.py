@@ -6,7 +6,7 @@ frequency, whatever the data are. What lies outside the band is the sum of a few
 band, has to be right. A mode is added wherever it lowers the misfit by more than noise would.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,7 @@ from rbfound.modesearch import (
     scale_of_data,
     variance_of,
 )
+from rbfound.noise import own_errors
 from rbfound.polyreference import largest_order, lines_in, stabilisation, stable_poles
 from rbfound.units import hertz, radians
 
@@ -79,7 +80,9 @@ class ModalFit:
     labels : names of the seats
     relative : whether errors are taken relative to |H|
     errors : (n, seats, seats) [m/N]
-        Those that were given, on the lines of the band.
+        Those that were given, or those that neighbouring lines tell, on the lines of the band.
+    told : (low, high)
+        If the lines told them: what part of |H| they are, but for a tenth of them at either end.
     """
 
     Phi: Array
@@ -96,6 +99,7 @@ class ModalFit:
     labels: tuple[str, ...] = SEATS
     relative: bool = True
     errors: Array | None = None
+    told: tuple[float, float] | None = None
 
     @property
     def frequency(self) -> Array:
@@ -164,11 +168,14 @@ def fit_modes(
     """
     part, band = lines_in(frf, band)
     _check(part, band, modes)
+    told = None
     if errors is not None:
         errors = _errors(frf, part, errors)
     elif relative is None:
         errors = own_errors(part.frequency, part.H)
-    told = errors is not None and relative is None
+        if errors is not None:
+            low, high = np.quantile(errors / np.maximum(np.abs(part.H), np.finfo(float).tiny), (0.1, 0.9))
+            told = float(low), float(high)
     relative = errors is None and relative is not False
     problem = problem_of(np.asarray(radians(part.frequency)), part.H, relative, errors)
     poles = _poles(part)
@@ -190,7 +197,7 @@ def fit_modes(
         state, _ = refine(lines, state, small=small, damping=SURE, iterations=40)
     state = state.only(np.argsort(state.omega))
     _check_any(int(inside(state, edges).sum()), band)
-    return _judged(problem, part, state, edges, band, relative, errors)
+    return replace(_judged(problem, part, state, edges, band, relative, errors), told=told)
 
 
 def _check(part: FRF, band: tuple[float, float], modes: int | None) -> None:
@@ -295,7 +302,8 @@ def _judged(
 
 def _notes(fit: ModalFit) -> tuple[str, ...]:
     """How well it did, in sentences."""
-    unit = " of |H|" if fit.relative else " m/N" if fit.errors is None else " times the errors given"
+    stated = " times the errors " + ("that neighbouring lines tell" if fit.told else "given")
+    unit = " of |H|" if fit.relative else " m/N" if fit.errors is None else stated
 
     def told(value: float) -> str:
         return f"{100 * value:.3g} %{unit}" if fit.relative else f"{value:.3g}{unit}"
@@ -313,6 +321,11 @@ def _notes(fit: ModalFit) -> tuple[str, ...]:
         f"the worst {told(float(fit.misfit.max()))} (response {fit.labels[worst[0]]}, force {fit.labels[worst[1]]}); "
         f"the noise is estimated to be {told(fit.noise)}.",
     ]
+    if fit.told:
+        notes.append(
+            f"The noise is not in proportion to |H|: neighbouring lines tell of {100 * fit.told[0]:.2g} to "
+            f"{100 * fit.told[1]:.2g} % of it, a tenth left out at either end. Each line weighs by its own."
+        )
     if fit.misfit.max() > 1.5 * max(fit.noise, 1e-3 * fit.relative):
         notes.append(
             "Warning: the misfit is larger than the noise: the data are not those of real modes, or modes are missing."

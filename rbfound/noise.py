@@ -38,7 +38,7 @@ def beside_neighbours(frequency: Array, H: Complex, reach: int = 2) -> Array:
 
 
 def own_errors(frequency: Array, H: Complex) -> Array | None:
-    """Standard deviation of each receptance on each line, (n, outputs, inputs) [m/N], if it is not in proportion to |H|.
+    """Standard deviation of each receptance on each line, (n, outputs, inputs) [m/N], if not in proportion to |H|.
 
     Two parts: one in proportion to |H|, the least that is seen anywhere; and one that changes slowly over frequency, in
     each FRF by itself, as the noise of an acceleration does.
@@ -67,7 +67,11 @@ def own_errors(frequency: Array, H: Complex) -> Array | None:
     if most < PROPORTIONAL**2 * least:
         return None
     slow = np.maximum(told(square) - least * told(size) * np.log(2), 1e-6 * told(square))
-    centre = np.array([np.log(frequency[2:-2][part]).mean() for part in parts])
-    flat = np.log(slow).reshape(count, -1)
-    over = np.array([np.interp(np.log(frequency), centre, column) for column in flat.T])
+    line, value = np.log(frequency), np.log(slow).reshape(count, -1)
+    centre = np.array([line[2:-2][part].mean() for part in parts])
+    # over the first lines and the last ones it goes on as it came
+    for end, beside, edge in ((0, 1, 0), (count - 1, count - 2, -1)):
+        way = (line[edge] - centre[end]) / (centre[beside] - centre[end])
+        centre[end], value[end] = line[edge], value[end] + way * (value[beside] - value[end])
+    over = np.array([np.interp(line, centre, column) for column in value.T])
     return np.asarray(np.sqrt(np.exp(over).T.reshape(H.shape) + least * np.abs(H) ** 2))
