@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rbfound.additions import first_modes
 from rbfound.compression import compressed
-from rbfound.confidence import covariance_of, hidden_places, wide_covariance
+from rbfound.confidence import covariance_of
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF, SEATS
 from rbfound.leastsquares import (
@@ -68,9 +68,6 @@ class ModalFit:
         Modes of the band that the data hardly determine.
     covariance : (p, p)
         Of phi (seats, m) row by row, log omega (m,), log zeta (m,): the noise through the linearised fit.
-    wide_covariance : (p + h, p + h)
-        The same with what noise can hide outside the band: behind the parameters stand the entries i <= j of a free
-        residue at each frequency of `hidden` (b,) [rad/s]. Error bars are made of it.
     noise : float
         Standard deviation of the complex error of one FRF, as a part of |H| (relative=False: [m/N]; with errors: of
         these, and no less than 1), estimated from its change from line to line.
@@ -91,8 +88,6 @@ class ModalFit:
     inside: NDArray[np.bool_]
     unsure: NDArray[np.bool_]
     covariance: Array
-    wide_covariance: Array
-    hidden: Array
     noise: float
     misfit: Array
     band: tuple[float, float]
@@ -110,7 +105,7 @@ class ModalFit:
     def deviation(self) -> tuple[Array, Array]:
         """Standard deviations of frequency and of damping, each as a part of its value, (m,) and (m,)."""
         n, m = self.Phi.size, len(self.omega)
-        spread = np.sqrt(np.maximum(np.diag(self.wide_covariance), 0))
+        spread = np.sqrt(np.maximum(np.diag(self.covariance), 0))
         return spread[n : n + m], spread[n + m : n + 2 * m]
 
     def foundation(self) -> Foundation:
@@ -266,10 +261,8 @@ def _judged(
 ) -> ModalFit:
     """What the fit is worth: covariance, noise, misfit, and which modes the data hardly determine."""
     covariance, spread = covariance_of(problem, state)
-    hidden = hidden_places(problem)
     deviation = np.sqrt(np.maximum(np.diag(covariance), 0))
     own = inside(state, edges)
-    wide = wide_covariance(problem, state, hidden, float(np.median(state.zeta[own])))
     model = np.einsum(
         "im,jm,mn->nij", state.Phi, state.Phi, compliance(problem.omega, state.omega, state.zeta), optimize=True
     )
@@ -289,8 +282,6 @@ def _judged(
         own,
         unsure,
         covariance,
-        wide,
-        hidden,
         noise,
         misfit,
         band,

@@ -200,18 +200,11 @@ def without_window(fit: ModalFit, decay: float) -> ModalFit:
     frequency = np.where(own, (was / omega) ** 2, 1) - both
     swing = np.where(own, fit.zeta * was / np.where(own, rest, 1), 1)
     n, m = fit.Phi.size, len(was)
-    J = np.eye(len(fit.wide_covariance))
+    J = np.eye(n + 2 * m)
     at, behind = n + np.arange(m), n + m + np.arange(m)
     J[at, at], J[at, behind] = frequency, -both
     J[behind, at], J[behind, behind] = np.where(own, swing - frequency, 0), swing + both
-    inner = J[: n + 2 * m, : n + 2 * m]
-    return replace(
-        fit,
-        omega=omega,
-        zeta=zeta,
-        covariance=inner @ fit.covariance @ inner.T,
-        wide_covariance=J @ fit.wide_covariance @ J.T,
-    )
+    return replace(fit, omega=omega, zeta=zeta, covariance=J @ fit.covariance @ J.T)
 
 
 def _samples(rate: float, block: float, averages: int, **settings: float) -> int:

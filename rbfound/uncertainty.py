@@ -223,11 +223,11 @@ def _bars(fit: ModalFit, machine: Machine, speed: float, poles: Complex) -> Erro
 
 
 def _spread(fit: ModalFit, slope: Array) -> float:
-    return float(np.sqrt(slope @ fit.wide_covariance @ slope))
+    return float(np.sqrt(slope @ fit.covariance @ slope))
 
 
 def _slopes(fit: ModalFit, machine: Machine, speed: float, pole: complex) -> tuple[Complex, complex]:
-    """Derivatives of a pole by the parameters of the fit in the order of its wide covariance, and by the speed."""
+    """Derivatives of a pole by the parameters of the fit in the order of its covariance, and by the speed."""
     n = len(machine.mesh.M)
     on = machine.foundation
     if on is None or not np.array_equal(on.B, fit.Phi) or not np.array_equal(np.diag(on.K), fit.omega**2):
@@ -248,12 +248,7 @@ def _slopes(fit: ModalFit, machine: Machine, speed: float, pole: complex) -> tup
     own = psi[n:] * phi[n:]
     of_damping = -own * pole * 2 * fit.zeta * fit.omega
     of_frequency = -own * 2 * fit.omega**2 + of_damping
-    # a flexibility dH(pole) beside the foundation takes the place of the seats' motion
-    zeta = float(np.median(fit.zeta[fit.inside]))
-    g = 1 / (fit.hidden**2 + pole**2 + 2 * zeta * fit.hidden * pole)
-    rows, columns = np.triu_indices(len(fit.Phi))
-    pairs = before[rows] * behind[columns] + np.where(rows == columns, 0, before[columns] * behind[rows])
-    moved = np.concatenate([of_shapes.ravel(), of_frequency, of_damping, np.outer(g, pairs).ravel()])
+    moved = np.concatenate([of_shapes.ravel(), of_frequency, of_damping])
     return moved / rate, complex(-pole * (psi @ machine.G @ phi) / rate)
 
 
