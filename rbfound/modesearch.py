@@ -25,9 +25,9 @@ from rbfound.units import hertz
 
 # A new mode has seats + 2 parameters and about a hundred places to be tried at: by chance the cost falls, in units of
 # the noise's variance, by 20 in less than one fit of a thousand. A pseudo-mode too many above the band does no harm,
-# but what one too few leaves undone makes the others wrong by more than their error bars: 7 falls by chance in one fit
+# but what one too few leaves undone makes the others wrong by more than their error bars: 4 falls by chance in one fit
 # of five. One too many below it would be a slow critical speed that is not there.
-WORTH, WORTH_ABOVE = 20.0, 7.0
+WORTH, WORTH_ABOVE = 20.0, 4.0
 
 # A pseudo-mode that does less, in units of the noise's variance, stands for nothing.
 IDLE = 2.0
@@ -101,14 +101,12 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
 def _with_other_remainder(
     problem: Problem, state: State, left: float, edges: tuple[float, float], zeta: float, variance: float
 ) -> State | None:
-    """The modes of the band and pseudo-modes that were found at once, if they lower the cost by more than chance."""
+    """The modes of the band and pseudo-modes that were found at once, if they lower the cost."""
     other = arranged(problem, state.only(inside(state, edges)), zeta, variance)
     if other is None:
         return None
     more, then = refine(problem, other, small=0.02 * variance, iterations=80)
-    # a parameter lowers the cost by half of this by chance (Akaike 1974, doi:10.1109/TAC.1974.1100705)
-    chance = variance * (len(more.omega) - len(state.omega)) * (len(more.Phi) + 2)
-    return more if left - then > chance else None
+    return more if then < left else None
 
 
 def _added(problem: Problem, state: State, left: float, new: State, least: float) -> State | None:
