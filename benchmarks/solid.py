@@ -134,11 +134,12 @@ def largest() -> str:
         f"| {moves} the plane of symmetry | {half['coordinates']} | {half['cpu']:.0f} | {half['memory']:.0f} |"
         for moves, half in zip(("within", "across"), halves, strict=True)
     )
+    together = sum(half["coordinates"] for half in halves)
     return f"""{LARGEST}
 
-Written by `python benchmarks/solid.py largest`. The whole foundation on its bed, the working mesh with every edge
-divided by {REFINEMENT} and those of the stator by {2 * REFINEMENT}: {sum(half["coordinates"] for half in halves)} coordinates, solved as its two mirror halves
-one after the other, eight modes of each, with PARDISO's factor (pypardiso {version("pypardiso")}), one thread.
+Written by `python benchmarks/solid.py largest`. The foundation on its bed, the working mesh with every edge divided by
+{REFINEMENT} and those of the stator by {2 * REFINEMENT}: {together} coordinates, solved as two mirror halves one after
+the other, eight modes of each, with PARDISO's factor (pypardiso {version("pypardiso")}), one thread.
 
 | motion | coordinates | CPU [s] | memory [MB] |
 | --- | ---: | ---: | ---: |
@@ -146,9 +147,9 @@ one after the other, eight modes of each, with PARDISO's factor (pypardiso {vers
 
 The lowest frequencies of both together: {", ".join(f"{value:.2f}" for value in found)} Hz.
 
-SuperLU fills too much for this: one half was killed at 22 GB. A body without symmetry, or one larger still, wants a factor that
-is spread over machines, or none at all: PETSc with MUMPS behind `natural_modes(..., factor=)`, or SLEPc in place of it.
-Neither has wheels on PyPI; conda-forge and the systems' packages have both.
+SuperLU's fill is too much for this: with it a half of 442332 was killed on a machine of 23 GB. A body without symmetry,
+or one larger still, wants a factor that is spread over machines: PETSc with MUMPS behind `natural_modes(..., factor=)`,
+or SLEPc in place of it. PyPI has their sources only; conda-forge and the systems' packages have both, compiled.
 """
 
 
@@ -180,8 +181,8 @@ def page() -> str:
 Written by `make bench` (`benchmarks/solid.py`): do not edit by hand.
 
 The foundation with clamped pads, 20-node bricks, the first {COUNT} modes on the same mesh, from the blocks (rbfound)
-or the deck (CalculiX) to the modes. CPU time, one thread, the median of {REPEATS} runs by turns. Memory: the peak beyond what the imports take, for CalculiX
-the whole; and its ratio to SuperLU's factor, both triangles with an index each entry. The last column is relative to
+or the deck (CalculiX) to the modes. CPU time, one thread, the median of {REPEATS} runs by turns.
+Memory: the peak beyond what the imports take, for CalculiX the whole; and its ratio to SuperLU's factor, both triangles with an index each entry. The last column is relative to
 rbfound with SuperLU: K alike, M by 3 x 3 x 3 points here and 2 x 2 x 2 there. Python {platform.python_version()},
 {packages}, CalculiX {told[0] if told else "?"}.
 

@@ -46,7 +46,7 @@ def mass(mesh: SerendipityMesh, rho: Array) -> sparse.csc_array:
 
 
 def _summed(basis: Basis, lines: Iterable[Mapping[int, Array]]) -> sparse.csc_array:
-    """The sums over all elements of symmetric 3 x 3 blocks (elements, 20, 20): one pattern, found once, serves them all.
+    """The sums over all elements of symmetric 3 x 3 blocks (elements, 20, 20), which share one pattern.
 
     Parameters
     ----------
