@@ -53,7 +53,8 @@ def _summed(basis: Basis, lines: Iterable[Mapping[int, Array]]) -> sparse.csc_ar
     lines : the blocks of one row after the other, by their column
     """
     nodes = basis.mesh.doflocs.shape[1]
-    place = basis.element_dofs.T
+    # scikit-fem's numbers have 32 bits, of which a pair of nodes needs more
+    place = basis.element_dofs.T.astype(np.int64)
     pairs, where = np.unique(place[:, :, None] * nodes + place[:, None, :], return_inverse=True)
     row, column = np.divmod(pairs, nodes)
     start = np.searchsorted(row, np.arange(nodes + 1))

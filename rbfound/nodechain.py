@@ -29,6 +29,8 @@ MOST_TIES = 0.25
 ROUNDING = 1e-12
 # Lanes that go side by side: enough to hide what a call costs, few enough to stay in a processor's cache.
 LANES = 512
+# And nodes, where all lanes go together.
+NODES = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,21 +207,28 @@ class Chain:
 
     def times(self, which: int, x: NDArray[Any]) -> NDArray[Any]:
         """M, G or K of the shaft (which: 0, 1, 2) times both chains, or one: (.., nodes, 2, lanes)."""
-        a11, a12, a22 = self.inner[which].T[:, :, None]
-        b11, b12, b21, b22 = self.outer[which].T[:, :, None]
-        w, s = x[:, :, 0], x[:, :, 1]
-        out, part = np.empty_like(x), np.empty_like(w)
-        # in place: asking for memory costs more than the arithmetic
-        for row, (a, b) in enumerate(((a11, a12), (a12, a22))):
-            np.multiply(a, w, out=out[:, :, row])
-            out[:, :, row] += np.multiply(b, s, out=part)
-        part = part[:, 1:]
-        for row, (a, b) in enumerate(((b11, b12), (b21, b22))):
-            out[:, :-1, row] += np.multiply(a, w[:, 1:], out=part)
-            out[:, :-1, row] += np.multiply(b, s[:, 1:], out=part)
-        for row, (a, b) in enumerate(((b11, b21), (b12, b22))):
-            out[:, 1:, row] += np.multiply(a, w[:, :-1], out=part)
-            out[:, 1:, row] += np.multiply(b, s[:, :-1], out=part)
+        own, last = self.inner[which].T[:, :, None], self.nodes - 1
+        beyond = self.outer[which].T[:, :, None]
+        out = np.empty(x.shape, dtype=x.dtype)
+        # real and imaginary parts are lanes of their own here: the coefficients are real
+        given, found = np.ascontiguousarray(x).view(float), out.view(float)
+        room = np.empty((len(x), NODES, given.shape[-1]))
+        for i in range(0, self.nodes, NODES):
+            j = min(i + NODES, self.nodes)
+            right, left = slice(i, min(j, last)), slice(max(i, 1) - 1, j - 1)
+            after, before = slice(i + 1, right.stop + 1), slice(max(i, 1), j)
+            for row in range(2):
+                y = found[:, i:j, row]
+                np.multiply(own[row, i:j], given[:, i:j, 0], out=y)
+                for coefficient, x_, to in (
+                    (own[row + 1, i:j], given[:, i:j, 1], y),
+                    (beyond[2 * row, right], given[:, after, 0], found[:, right, row]),
+                    (beyond[2 * row + 1, right], given[:, after, 1], found[:, right, row]),
+                    (beyond[row, left], given[:, left, 0], found[:, before, row]),
+                    (beyond[row + 2, left], given[:, left, 1], found[:, before, row]),
+                ):
+                    # in place: asking for memory costs more than the arithmetic
+                    to += np.multiply(coefficient, x_, out=room[:, : x_.shape[1]])
         return out
 
     def _tied(self, poles: Complex, speeds: Array) -> Complex:
@@ -444,11 +453,9 @@ def chain_of(M: Array, C: Array, K: Array, G: Array, shaft: tuple[Array, Array, 
     """
     size = len(shaft[0])
     parts = [_round_parts(A, turning) for A, turning in zip(shaft, (False, False, True), strict=True)]
-    beyond = [np.array(A) for A in (M, C, K, G)]
-    for k, own in zip((0, 2, 3), shaft, strict=True):
-        beyond[k][:size, :size] -= own
-    touched = np.any([(A != 0).any(axis=0) | (A != 0).any(axis=1) for A in beyond], axis=0)
-    held = np.flatnonzero(touched[:size])
+    whole, alone = (M, C, K, G), (shaft[0], None, shaft[1], shaft[2])
+    # copies of whole matrices would cost more than all that follows
+    held = np.flatnonzero(np.any([_touched(A, own, size) for A, own in zip(whole, alone, strict=True)], axis=0))
     slope = np.isin(held % 4, (2, 3)).astype(int)
     points = np.unique(np.stack([held // 4, slope], axis=1), axis=0)
     rest = np.arange(size, len(M))
@@ -457,9 +464,18 @@ def chain_of(M: Array, C: Array, K: Array, G: Array, shaft: tuple[Array, Array, 
     node, slope = points.T
     order = np.concatenate([4 * node + U[slope], 4 * node + V[slope], rest])
     sign = np.concatenate([np.ones(len(node)), SIGN[slope], np.ones(len(rest))])
-    ties = np.array([np.outer(sign, sign) * A[np.ix_(order, order)] for A in beyond])
+    ties, own = (np.array([A[np.ix_(some, some)] for A in part]) for some, part in ((order, whole), (order[: 2 * len(node)], shaft)))
+    ties[[0, 2, 3], : 2 * len(node), : 2 * len(node)] -= own
+    ties *= np.outer(sign, sign)
     inner, outer = (np.array([part[k] for part in parts if part is not None])[[0, 2, 1]] for k in range(2))
     return Chain(inner, outer, node, slope, ties)
+
+
+def _touched(A: Array, own: Array | None, size: int) -> NDArray[np.bool_]:
+    """Which of the shaft's coordinates are in more than the shaft's own matrix: (size,)."""
+    more = A[:size, :size] != (0.0 if own is None else own)
+    behind = (A[:size, size:] != 0).any(axis=1) | (A[size:, :size] != 0).any(axis=0)
+    return np.asarray(more.any(axis=0) | more.any(axis=1) | behind)
 
 
 def _round_parts(A: Array, turning: bool) -> tuple[Array, Array] | None:
