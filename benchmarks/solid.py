@@ -182,8 +182,9 @@ Written by `make bench` (`benchmarks/solid.py`): do not edit by hand.
 
 The foundation with clamped pads, 20-node bricks, the first {COUNT} modes on the same mesh, from the blocks (rbfound)
 or the deck (CalculiX) to the modes. CPU time, one thread, the median of {REPEATS} runs by turns.
-Memory: the peak beyond what the imports take, for CalculiX the whole; and its ratio to SuperLU's factor, both triangles with an index each entry. The last column is relative to
-rbfound with SuperLU: K alike, M by 3 x 3 x 3 points here and 2 x 2 x 2 there. Python {platform.python_version()},
+Memory: the peak beyond what the imports take, for CalculiX the whole; and its ratio to SuperLU's factor, both triangles
+with an index each entry. The last column is relative to rbfound with SuperLU: K alike, M by 3 x 3 x 3 points here and
+2 x 2 x 2 there. Python {platform.python_version()},
 {packages}, CalculiX {told[0] if told else "?"}.
 
 | coordinates | way | CPU [s] | ratio to CalculiX | memory [MB] | to the factor | frequencies differ by |

@@ -32,6 +32,8 @@ FLOORS = {
     "assembly": 1,
     "calculix": 1,
     "complexmodes": 1,
+    "elimination": 1,
+    "roundshaft": 1,
     "frf": 1,
     "geometry": 1,
     "sdof": 1,
