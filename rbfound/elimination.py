@@ -1,8 +1,8 @@
 """The motion of a chain of nodes under forces, for many frequencies at once: node after node, then what ties them.
 
 Both chains of a shaft are eliminated from one end to the other, and a small system for what ties them is left: the cost
-is proportional to the nodes, and nothing is approximated. No pivots are sought within a chain; who needs certainty looks
-at `Chain.misfit`. All frequencies (lanes) go side by side, so that they share what a call costs.
+is proportional to the nodes, and nothing is approximated. No pivots are sought within a chain; who needs certainty asks
+`Chain.misfit`. All frequencies (lanes) go side by side, so that they share what a call costs.
 """
 
 import numpy as np

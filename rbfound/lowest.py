@@ -32,8 +32,6 @@ BESIDE = 1e-7
 CLOSE = 1e-2
 # Two modes of one speed are the same one if they are as close in both pole and shape.
 SAME = 1e-6
-# Speeds at which poles are counted: the first, the last, and some between.
-COUNTED = 8
 # A phase that turns by more between two neighbours on a contour might have turned the other way round.
 MOST_TURN = 2.5
 
@@ -76,8 +74,7 @@ def lowest_modes(chain: Chain, speeds: Array, count: int, above: float) -> list[
         start = np.take_along_axis(guessed, order, axis=1)
         if not (start.imag > slow).all():
             continue
-        some = np.unique(np.linspace(0, len(speeds) - 1, COUNTED).astype(int))
-        if not complete(chain, speeds[some], guessed[some], start[some]):
+        if not complete(chain, speeds, guessed, start):
             continue
         modes = _polished(chain, small, speeds, start, np.take_along_axis(shapes, order[:, None, :], axis=2))
         if modes is not None:
