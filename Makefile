@@ -65,7 +65,7 @@ bench: benchmarks/.venv/bench.stamp benchmarks/.venv-ross/bench.stamp ## compare
 	benchmarks/.venv/bin/python benchmarks/sweep.py
 	benchmarks/.venv/bin/python benchmarks/solid.py
 
-study: $(VENV)/book.stamp ## identify two hundred noisy measurements: errors, and how often the error bars hold (15 minutes)
+study: $(VENV)/book.stamp ## identify two hundred noisy measurements: errors, and how often the error bars hold (15 minutes; an interrupt loses nothing)
 	$(BIN)/python tools/study.py
 
 lint: $(VENV)/dev.stamp ## ruff and mypy

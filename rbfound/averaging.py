@@ -115,6 +115,11 @@ class Spectra:
         From the power that the force does not explain, mean |X|^2 (1 - coherence), which has averages - 1 of its
         averages left. It is taken as even over some lines: one line's own guess, of five blocks say, is too rough
         to weigh with. Each line's share of it grows by what the window made alike, as if all lines were independent.
+
+        Raises
+        ------
+        ValueError
+            With one block, which cannot tell.
         """
         if self.averages < 2:
             raise ValueError("One block has a coherence of 1, noise or not: errors need two blocks or more.")

@@ -139,7 +139,7 @@ def rotor_body(
 
 
 def solid_body(solid: Any, Phi: ArrayLike, drawn: Any = None, sheer: bool = False, name: str = "foundation") -> Body:
-    """The skin of a `rbfound.solid.Solid`, corner by corner, with its seats marked.
+    """The skin of a `rbfound.elastic.Solid`, corner by corner, with its seats marked.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ def write_deck(
 ) -> None:
     """Write the input deck that asks CalculiX for the lowest natural frequencies of a held body.
 
-    The body is that of `rbfound.solid.elastic_solid(blocks, fixed)`, node for node: number k there is k + 1 here.
+    The body is that of `rbfound.elastic.elastic_solid(blocks, fixed)`, node for node: number k there is k + 1 here.
 
     Parameters
     ----------

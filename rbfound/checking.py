@@ -5,6 +5,7 @@ from textwrap import fill
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from rbfound.frf import FRF
 from rbfound.peaks import mode_indicator, prominence
@@ -17,6 +18,10 @@ Array = NDArray[np.float64]
 STANDING = 0.3
 # Half-power widths need a few lines for a damping ratio; a second mode is seen where it has this part of the first.
 FEW_LINES, SECOND = 4.0, 0.02
+# Noise is that of so many lines side by side; what is this many standard deviations of it or more is not noise.
+WINDOW, BEYOND = 15, 4.0
+# Rounding, or the digits of a text file, as a part of |H|.
+WRITTEN = 1e-6
 # Reciprocity errors beyond this part of the largest receptance are more than calibration.
 NOT_RECIPROCAL = 0.05
 # The static limit is reached well below the first peak: at a third of it receptances are 12 % above.
@@ -34,17 +39,18 @@ class Report:
     gaps : (low, high) [Hz] of neighbouring lines that are more than twice as far apart as those beside them
     noise : (outputs, inputs)
         Standard deviation of the complex error as a part of |H|, from what a line differs from its neighbours.
-    nonreciprocity : worst |H_ij - H_ji|, as a part of the largest receptance of its line
+    nonreciprocity : where |H_ij - H_ji| stands out of the noise most, as a part of the largest receptance there
+        0 where it stands out nowhere.
     nonreciprocal_at : (response, force, frequency [Hz]) of it
     gaining : (seats,)
-        Part of the lines on which a driving point gives energy away (Im H > 0, beyond the noise): 0 for a sound
-        measurement, near 1 for a flipped sensor or a phase of the other sign.
+        Part of the lines on which a driving point gives energy away, see `gains`: 0 for a sound measurement, near 1 for
+        a flipped sensor or a phase of the other sign.
     peaks, damping, resolution : (p,) [Hz], [-], [-]
         Peaks of the mode indicator, their half-power damping, and how many lines lie in the half-power width.
     double : (p,) bool
         Where a second mode shows at the same place.
     static : (seats,) [m/N]
-        Real part of each driving point on the lowest line.
+        Real part of each driving point on the lowest line, nan where noise hides it.
     reaches_static : whether the lowest line lies so far below the first peak that `static` is the static limit
     warnings : sentences that say what to mend
     notes : those of the FRFs
@@ -76,10 +82,10 @@ class Report:
             f"from {self.low:g} to {self.high:g} Hz, every {self.spacing:.4g} Hz.",
             f"Noise: {100 * np.median(self.noise):.2g} % of |H| (median of the FRFs), "
             f"{100 * self.noise.max():.2g} % at the worst.",
-            "Reciprocity: perfect."
+            "Reciprocity: no pair differs by more than its noise."
             if self.nonreciprocity == 0
             else f"Reciprocity: {i} from {j} and {j} from {i} differ by {number(100 * self.nonreciprocity, 2)} % of "
-            f"the largest receptance at {f:.4g} Hz, the worst place.",
+            f"the largest receptance at {f:.4g} Hz, where it stands out of the noise most.",
             *self.notes,
         ]
         peaks = {
@@ -109,15 +115,16 @@ def check(frf: FRF) -> Report:
     f = frf.frequency
     if len(f) < 5:
         raise ValueError(f"The FRFs have {len(f)} lines: at least 5 are needed to tell anything.")
-    noise = _noise(frf)
+    local, noise = _noise(frf)
     difference = np.abs(frf.H - frf.H.transpose(0, 2, 1))
     largest = np.abs(frf.H).max(axis=(1, 2))
-    difference = difference / np.where(largest > 0, largest, 1.0)[:, None, None]
-    k, i, j = np.unravel_index(difference.argmax(), difference.shape)
+    largest = np.where(largest > 0, largest, 1.0)[:, None, None]
+    beyond = difference - BEYOND * np.hypot(local, local.transpose(0, 2, 1))
+    beyond /= largest
+    k, i, j = np.unravel_index(beyond.argmax(), beyond.shape)
+    nonreciprocity = float((difference / largest)[k, i, j]) if beyond[k, i, j] > 0 else 0.0
     driving = np.einsum("nii->ni", frf.H)
-    beyond = 3 * np.diag(noise) + 1e-6
-    gaining = np.mean(driving.imag > beyond * np.abs(driving), axis=0)
-    peaks, damping, double = _peaks(frf, float(np.median(noise)))
+    peaks, damping, double = _peaks(frf, local)
     width = 2 * damping * peaks
     steps = np.diff(f)
     at = np.clip(np.searchsorted(f, peaks), 1, len(f) - 1)
@@ -130,14 +137,14 @@ def check(frf: FRF) -> Report:
         spacing=float(np.median(steps)),
         gaps=_gaps(f),
         noise=noise,
-        nonreciprocity=float(difference[k, i, j]),
+        nonreciprocity=nonreciprocity,
         nonreciprocal_at=(frf.labels[i], frf.labels[j], float(f[k])),
-        gaining=gaining,
+        gaining=_above(driving, local).mean(axis=0),
         peaks=peaks,
         damping=damping,
         resolution=width / steps[at - 1],
         double=double,
-        static=driving[0].real,
+        static=np.where(np.abs(driving[0].real) < BEYOND * np.diag(local[0]), np.nan, driving[0].real),
         reaches_static=bool(f[0] <= STATIC_PART * first),
         warnings=(),
         notes=frf.notes,
@@ -145,10 +152,24 @@ def check(frf: FRF) -> Report:
     return Report(**{**vars(found), "warnings": tuple(_warnings(found))})
 
 
-def _noise(frf: FRF) -> Array:
-    """Error of each FRF as a part of |H|: what a line differs from the cubic through its four neighbours.
+def gains(frf: FRF) -> NDArray[np.bool_]:
+    """Lines on which a driving point gives energy away: Im H > 0, beyond the noise of the lines around, (n, seats)."""
+    local, _ = _noise(frf)
+    return _above(np.einsum("nii->ni", frf.H), local)
 
-    That cubic follows the curve between resonances, so half of the lines, the better ones, tell the noise.
+
+def _above(driving: NDArray[np.complex128], noise: Array) -> NDArray[np.bool_]:
+    # half of the noise's variance is the imaginary part's
+    beyond = BEYOND * np.einsum("nii->ni", noise) / np.sqrt(2)
+    return np.asarray(driving.imag > beyond + WRITTEN * np.abs(driving))
+
+
+def _noise(frf: FRF) -> tuple[Array, Array]:
+    """Standard deviation of each FRF's error, line by line [m/N], and in the whole as a part of |H|.
+
+    A line differs from the cubic through its four neighbours by noise, and by curvature beside sharp peaks. That cubic
+    follows the curve between resonances, so the better half of the lines tells the noise: of the lines around each one,
+    as noise is another part of |H| in valleys and at low frequencies than at peaks; and of all.
     """
     f, H = frf.frequency, frf.H
     around = np.array([-2, -1, 1, 2])
@@ -158,11 +179,14 @@ def _noise(frf: FRF) -> Array:
     apart = x[:, :, None] - x[:, None, :] + np.eye(4)
     weight = np.prod(np.where(np.eye(4, dtype=bool), 1.0, -x[:, None, :] / apart), axis=2)
     rest = H[2:-2] - np.einsum("nk,nkij->nij", weight, H[place])
-    spread = np.sqrt(1 + np.sum(weight**2, axis=1))[:, None, None]
-    size = np.abs(H[2:-2])
-    relative = np.abs(rest) / spread / np.where(size > 0, size, np.inf)
     # the median of a complex normal variable's modulus is sqrt(log 2) of its standard deviation
-    return np.asarray(np.median(relative, axis=0) / np.sqrt(np.log(2)))
+    rest = np.abs(rest) / np.sqrt(np.log(2) * (1 + np.sum(weight**2, axis=1)))[:, None, None]
+    size = np.abs(H[2:-2])
+    # as of accelerations: over the first lines a receptance's noise falls by orders of magnitude
+    square = np.maximum(f / f[-1], 1e-3)[:, None, None] ** 2
+    local = ndimage.median_filter(rest * square[2:-2], (WINDOW, 1, 1), mode="reflect")
+    local = np.pad(local, ((2, 2), (0, 0), (0, 0)), mode="edge") / square
+    return local, np.median(rest / np.where(size > 0, size, np.inf), axis=0)
 
 
 def _gaps(f: Array) -> tuple[tuple[float, float], ...]:
@@ -171,26 +195,31 @@ def _gaps(f: Array) -> tuple[tuple[float, float], ...]:
     return tuple((float(f[k]), float(f[k + 1])) for k in np.flatnonzero(steps > 2 * beside * (1 + 1e-9)))
 
 
-def _peaks(frf: FRF, noise: float) -> tuple[Array, Array, NDArray[np.bool_]]:
+def _peaks(frf: FRF, noise: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Frequency [Hz] and half-power damping of each peak of the mode indicator, and whether it is a double one."""
     f, values = frf.frequency, mode_indicator(frf)
+    size = np.linalg.norm(noise, axis=(1, 2))
     curve = values[:, 0]
-    logs = np.log(np.maximum(curve, np.finfo(float).tiny))
-    lines = local_maxima(curve)
-    lines = lines[prominence(logs, lines) > max(STANDING, 6 * noise)] if len(lines) else lines
-    found = [half_power(frf.frequency, curve, int(k)) for k in lines]
+    lines = _standing(curve, size)
+    found = [half_power(f, curve, int(k)) for k in lines]
     damping = np.array([peak.damping for peak in found])
     double = np.zeros(len(lines), dtype=bool)
     if values.shape[1] > 1:
-        second = np.log(np.maximum(values[:, 1], np.finfo(float).tiny))
-        seconds = local_maxima(values[:, 1])
         # where two curves cross the lower one has a maximum too, but no mode: that one does not stand out
-        seconds = seconds[prominence(second, seconds) > max(STANDING, 6 * noise)]
+        seconds = _standing(values[:, 1], size)
         for n, (k, zeta) in enumerate(zip(lines, damping, strict=True)):
             reach = max(np.nan_to_num(zeta, nan=0.02) * f[k], f[k + 1] - f[k])
             near = seconds[np.abs(f[seconds] - f[k]) <= reach]
             double[n] = bool((values[near, 1] > SECOND * curve[k]).any())
     return np.array([peak.frequency for peak in found]), damping, double
+
+
+def _standing(curve: Array, noise: Array) -> NDArray[np.intp]:
+    """Lines of the maxima of a curve that noise of a size (n,) does not make."""
+    tiny = np.finfo(float).tiny
+    lines = local_maxima(curve)
+    least = np.maximum(STANDING, 6 * noise[lines] / np.maximum(curve[lines], tiny))
+    return lines[prominence(np.log(np.maximum(curve, tiny)), lines) > least]
 
 
 def _warnings(report: Report) -> list[str]:
@@ -208,7 +237,7 @@ def _warnings(report: Report) -> list[str]:
                 "positive): response and force are not measured at one place or in one direction, or the sensor is bad."
             )
     i, j, f = report.nonreciprocal_at
-    if report.nonreciprocity > NOT_RECIPROCAL + 3 * report.noise.max():
+    if report.nonreciprocity > NOT_RECIPROCAL:
         out.append(
             f"{i} from {j} and {j} from {i} differ by {report.nonreciprocity:.0%} of the largest receptance at "
             f"{f:.4g} Hz: look at these two measurements; a model made of the set takes their mean."

@@ -153,7 +153,7 @@ def _campbell(options: argparse.Namespace) -> int:
         )
     else:
         sys.stdout.write("No critical speed lies in this range.\n")
-    unstable = np.flatnonzero((diagram.damping < 0).any(axis=0))
+    unstable = np.flatnonzero(diagram.unstable())
     if len(unstable):
         sys.stdout.write(f"Warning: unstable in this range: mode {', '.join(str(k + 1) for k in unstable)}.\n")
     return 1 if len(unstable) else 0

@@ -36,6 +36,9 @@ function floats(bytes) {
   return new Float32Array(buffer.slice(byteOffset, byteOffset + byteLength));
 }
 
+// A notebook that was made a page carries the state of its widgets in it, and no kernel is behind.
+const isPrinted = () => document.querySelector('script[type="application/vnd.jupyter.widget-state+json"]') !== null;
+
 const raised = (n) => String(n).replace("-", "⁻").replace(/\d/g, (d) => SUPER[d]);
 function number(value, digits = 4) {
   if (value === null || value === undefined || !isFinite(value)) return "–";
@@ -181,6 +184,8 @@ class Picker {
     this.front = make(this.plot, "canvas", { tabIndex: 0 }, { role: "img" });
     this.lane = make(this.plot, "div", { className: "rbp-lane" }, { role: "group", "aria-label": "Peaks" });
     this.buildZoom();
+    this.alone = isPrinted();
+    if (this.alone) this.buildNote(left);
     const legend = make(left, "p", { className: "rbp-legend" });
     for (const [kind, text] of [["data", "data"], ["fit", "picked foundation"], ["peak", "peak"], ["half", "half-power points"]]) {
       make(make(legend, "span", { textContent: ` ${text}` }), "i", { className: `is-${kind}` });
@@ -191,6 +196,16 @@ class Picker {
     this.buildHelp(left);
     this.side = make(main, "div", { className: "rbp-side" });
     this.below = make(main, "div", { className: "rbp-side rbp-below" });
+  }
+
+  buildNote(parent) {
+    const note = make(parent, "p", { className: "rbp-message rbp-note",
+      textContent: "No Python runs behind this page: peaks can be moved here, but nothing follows them." });
+    const live = document.querySelector('a[href$="/live.html"]');
+    if (!live) return;
+    note.append(" On the page ");
+    make(note, "a", { href: live.href, textContent: "Live" });
+    note.append(" everything does.");
   }
 
   buildChoice(bar) {
@@ -325,7 +340,10 @@ class Picker {
     try {
       if (this.model.send) this.model.send(asked); else this.model.save_changes();
     } catch {
-      // a notebook that was made a page, or one whose kernel is gone
+      // a notebook whose kernel is gone
+      this.alone = true;
+    }
+    if (this.alone) {
       this.asking.clear();
       this.say("No Python runs behind this picture: what is shown belongs to the peaks as they were before.", "stale");
       return;

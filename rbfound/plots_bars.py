@@ -6,7 +6,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rbfound.plots import BLACK, BLUE, RED, campbell_on, styled
+from rbfound.plots import campbell_on
+from rbfound.plots_style import BLACK, BLUE, RED, styled
 from rbfound.uncertainty import ErrorBars
 from rbfound.units import rpm
 from rbfound.whirl import Campbell

@@ -5,10 +5,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from rbfound.checking import FEW_LINES, STATIC_PART, Report
+from rbfound.checking import FEW_LINES, STATIC_PART, Report, gains
 from rbfound.frf import FRF
 from rbfound.peaks import mode_indicator
-from rbfound.plots import BLACK, BLUE, ORANGE, RED, STYLE, styled
+from rbfound.plots_style import BLACK, BLUE, ORANGE, RED, STYLE, styled
 from rbfound.tables import number
 
 # A matrix of noise is lettered up to so many seats.
@@ -74,7 +74,7 @@ def _reciprocity_on(ax: Axes, frf: FRF, report: Report) -> None:
     i, j = frf.seat(response), frf.seat(force)
     ax.semilogy(frf.frequency, np.abs(frf.H[:, i, j]), "-", color=BLUE, lw=1.8, label=f"{response} from {force}")
     ax.semilogy(frf.frequency, np.abs(frf.H[:, j, i]), "--", color=RED, lw=1.1, label=f"{force} from {response}")
-    told = "reciprocity: perfect"
+    told = "reciprocity: within the noise"
     if report.nonreciprocity > 0:
         ax.semilogy(
             frf.frequency, np.abs(frf.H[:, i, j] - frf.H[:, j, i]), ":", color=BLACK, lw=1.1, label="difference"
@@ -100,12 +100,10 @@ def _noise_on(ax: Axes, report: Report) -> None:
 
 
 def _signs_on(ax: Axes, frf: FRF, report: Report) -> None:
-    seats = len(report.labels)
+    seats, gives = len(report.labels), gains(frf)
     for k, label in enumerate(report.labels):
-        driving = frf.H[:, k, k]
-        gives = driving.imag > 3 * report.noise[k, k] * np.abs(driving)
         ax.fill_between(frf.frequency, k - 0.3, k + 0.3, color="#e3e3e3", lw=0)
-        ax.vlines(frf.frequency[gives], k - 0.3, k + 0.3, color=RED, lw=1.2)
+        ax.vlines(frf.frequency[gives[:, k]], k - 0.3, k + 0.3, color=RED, lw=1.2)
         ax.text(1.01, k, f"{report.gaining[k]:.0%}", transform=ax.get_yaxis_transform(), va="center", fontsize=8)
         ax.annotate(label, (0, k), (-4, 0), textcoords="offset points", ha="right", va="center")
     ax.set(xlabel="frequency [Hz]", ylim=(seats - 0.4, -0.6), xlim=(0, report.high), yticks=[])

@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rbfound.plots import BLUE, LINES, RED, styled
+from rbfound.plots_style import BLUE, LINES, RED, styled
 from rbfound.units import hertz
 
 

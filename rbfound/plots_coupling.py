@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rbfound.plots import BLACK, BLUE, LINES, RED, SKY, styled
+from rbfound.plots_style import BLACK, BLUE, LINES, RED, SKY, styled
 
 
 @styled

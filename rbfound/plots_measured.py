@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rbfound.averaging import Blocks
-from rbfound.plots import BLACK, BLUE, LINES, RED, styled
+from rbfound.plots_style import BLACK, BLUE, LINES, styled
 
 
 @styled
-def blow(blocks: Blocks, seat: str, decay: float = 0.0) -> None:
-    """The first blow at a seat: its force near the blow, the acceleration there over the whole block, its window."""
+def blow(blocks: Blocks, seat: str) -> None:
+    """The first blow at a seat: its force near the blow, the acceleration there over the whole block."""
     j = blocks.labels.index(seat)
     force, response, t = blocks.force[j, 0], blocks.response[j, j, 0], blocks.time
     _, (left, right) = plt.subplots(1, 2, figsize=(8.4, 2.9), width_ratios=(1, 1.8))
@@ -21,9 +21,6 @@ def blow(blocks: Blocks, seat: str, decay: float = 0.0) -> None:
     left.plot(1e3 * t[near], force[near], "o-", color=BLUE, ms=3, lw=1.2)
     left.set(xlabel="time [ms]", ylabel="force [N]", title=f"the hammer at {seat}")
     right.plot(t, response, "-", color=BLACK, lw=0.8, label=f"acceleration at {seat}")
-    if decay:
-        height = np.abs(response).max()
-        right.plot(t, height * np.exp(-decay * t), "--", color=RED, label=f"window, {decay:g} 1/s")
     right.set(xlabel="time [s]", ylabel="acceleration [m/s²]", title="the answer in one block")
     right.legend()
     plt.show()

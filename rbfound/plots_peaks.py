@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rbfound.circle import CircleFit
-from rbfound.plots import BLACK, BLUE, ORANGE, RED, styled
+from rbfound.plots_style import BLACK, BLUE, ORANGE, RED, styled
 from rbfound.units import hertz, radians
 
 

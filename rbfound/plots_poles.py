@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from rbfound.frf import FRF
 from rbfound.peaks import mode_indicator
-from rbfound.plots import BLACK, BLUE, LINES, RED, styled
+from rbfound.plots_style import BLACK, BLUE, LINES, RED, styled
 from rbfound.polyreference import Stabilisation
 from rbfound.residues import Residues
 from rbfound.units import hertz, radians

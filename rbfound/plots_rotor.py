@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike, NDArray
 
 from rbfound.orbits import path
-from rbfound.plots import BLACK, BLUE, LINES, RED, styled
+from rbfound.plots_style import BLACK, BLUE, LINES, RED, styled
 from rbfound.rigid import RigidRotor
 from rbfound.rotor import Bearing, Rotor
 from rbfound.units import rpm

@@ -9,7 +9,8 @@ from matplotlib.collections import PolyCollection
 from numpy.typing import ArrayLike, NDArray
 
 from rbfound.bodies import Body
-from rbfound.plots import BLACK, BLUE, GREEN, ORANGE, RED, VIEW, body_on, styled
+from rbfound.plots_bodies import VIEW, body_on
+from rbfound.plots_style import BLACK, BLUE, GREEN, ORANGE, RED, styled
 from rbfound.solid import Solid, surface
 
 # corners of a brick that an edge joins, in the order of skfem's MeshHex
@@ -26,7 +27,7 @@ def machine(
     held: ArrayLike = (),
     springs: Sequence[str] = (),
 ) -> None:
-    """Bodies with the forces on them and the places where they are held, seen as by `rbfound.plots.body`.
+    """Bodies with the forces on them and the places where they are held, seen as by `rbfound.plots_bodies.body`.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike, NDArray
 
 from rbfound.frf import FRF
-from rbfound.plots import BLACK, BLUE, GREEN, LINES, RED, styled
+from rbfound.plots_style import BLACK, BLUE, GREEN, LINES, RED, styled
 from rbfound.units import hertz
 
 GREY = "#b5b5b5"

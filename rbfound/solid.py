@@ -6,7 +6,7 @@ rbfound[solid] (scikit-fem); `import rbfound` does not load this module.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from time import perf_counter
 from typing import Any
@@ -16,18 +16,17 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import linalg, sparse
 from scipy.sparse.linalg import splu
 
-from rbfound.assembly import FULL, REDUCED, bed_stiffness, mass, mean_motion, stiffness
+from rbfound.dissection import dissected
+from rbfound.elastic import Solid, Under, elastic_solid
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF
 from rbfound.geometry import COARSE, ON_IT, WORKING, FoundationGeometry, Grid, foundation_blocks
-from rbfound.mesh import Block, SerendipityMesh, join
+from rbfound.lanczos import nearest_modes
 from rbfound.reduction import orthonormal
 from rbfound.units import hertz, radians
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-Places = Callable[[Array], NDArray[np.bool_]]
-Under = tuple[Places, tuple[float, float, float]]
 Solve = Callable[[Array], Array]
 Factor = Callable[[sparse.csc_array], Solve]
 
@@ -36,91 +35,6 @@ MESHES = {"coarse": COARSE, "working": WORKING}
 
 # A rigid motion whose largest force is below this share of the largest stiffness is free: the rest is rounding.
 FORCELESS = 1e-10
-
-# Columns of a block of the Lanczos iteration, and how far a mode may lead out of its space in the end, relative: its
-# shape is then known to about this part, its frequency to the square of it.
-BLOCK, CONVERGED = 4, 1e-9
-
-# A part of a mesh of so many nodes is not cut again.
-SMALL = 1500
-
-
-@dataclass(frozen=True, eq=False)
-class Solid:
-    """A meshed elastic body with its seats.
-
-    Attributes
-    ----------
-    mesh : SerendipityMesh
-        `mesh.doflocs` (3, nodes) holds the nodes' positions [m].
-    M, K : (n, n) sparse [kg, N/m]
-        n = 3 nodes: x of every node, then y, then z. Nothing is fixed in them.
-    B : (seats, n)
-        x = B u gives the displacements of the seats.
-    labels : names of the seats
-    free : indices of the coordinates that are not fixed
-    """
-
-    mesh: SerendipityMesh
-    M: sparse.csc_array
-    K: sparse.csc_array
-    B: Array
-    labels: tuple[str, ...]
-    free: Indices
-
-    @property
-    def mass(self) -> float:
-        """The whole body's mass [kg], from a rigid translation along x."""
-        nodes = self.mesh.doflocs.shape[1]
-        along = np.repeat([1.0, 0.0, 0.0], nodes)
-        return float(along @ (self.M @ along))
-
-    def __str__(self) -> str:
-        return (
-            f"Solid of {self.mesh.nelements} elements, {self.M.shape[0]} coordinates ({len(self.free)} free), "
-            f"{self.mass:.4g} kg, seats {', '.join(self.labels) or 'none'}"
-        )
-
-
-def elastic_solid(
-    blocks: Sequence[Block],
-    fixed: Places | None = None,
-    bores: Sequence[Places] = (),
-    beds: Sequence[Under] = (),
-    full: bool = False,
-) -> Solid:
-    """Mass and stiffness of a body of 20-node bricks, and the mean motion of its bores.
-
-    Parameters
-    ----------
-    blocks : pieces that share the corners on their common faces
-    fixed : function of nodes' positions (3, n) that says which of them are held in all three directions
-    bores : such functions, one for each bearing: which nodes lie on its seat
-        The seats x1, y1, x2, y2, ... are the area-weighted means of the displacement over these surfaces, so a
-        force on a seat is spread evenly over the whole bore.
-    beds : such functions, each with the stiffness per area along x, y and z [N/m^3] that ties its faces to the ground
-    full : integrate the stiffness by 3 x 3 x 3 points in each brick instead of 2 x 2 x 2
-
-    Notes
-    -----
-    With reduced integration a brick has six motions without strain that are not rigid. Neighbours on two sides stop
-    them, a single file of bricks lets them pass: give a bar two elements across at least one side.
-    """
-    mesh, owner = join(blocks)
-    materials = [block.material for block in blocks]
-    first, second = np.array([material.lame for material in materials])[owner].T
-    rho = np.array([material.rho for material in materials])[owner]
-    held = np.zeros(mesh.doflocs.shape[1], bool) if fixed is None else fixed(mesh.doflocs)
-    rows = [row for bore in bores for row in mean_motion(mesh, bore)]
-    K = stiffness(mesh, first, second, FULL if full else REDUCED)
-    return Solid(
-        mesh,
-        mass(mesh, rho),
-        sparse.csc_array(sum((bed_stiffness(mesh, *bed) for bed in beds), start=K)),
-        np.array(rows).reshape(-1, 3 * len(held)),
-        tuple(f"{axis}{k + 1}" for k in range(len(bores)) for axis in "xy"),
-        np.flatnonzero(np.tile(~held, 3)),
-    )
 
 
 def foundation_solid(
@@ -195,8 +109,8 @@ def mesh_study(
 def natural_modes(solid: Solid, count: int, shift: float = 0.0, factor: Factor | None = None) -> tuple[Array, Array]:
     """The undamped natural modes nearest to a frequency: omega (count,) [rad/s], ascending, and Phi (n, count).
 
-    The columns of Phi are mass-normalised [1/sqrt(kg)] and zero where the body is held. Found by inverse iteration
-    (Lanczos) around `shift` from a fixed start, so that the result is the same each time.
+    The columns of Phi are mass-normalised [1/sqrt(kg)] and zero where the body is held; see
+    `rbfound.lanczos.nearest_modes`.
 
     Parameters
     ----------
@@ -334,7 +248,7 @@ def _factor(solid: Solid, A: sparse.csc_array, pivot_threshold: float = 0.0) -> 
 
 
 def _order(solid: Solid) -> Indices:
-    """The free coordinates in an order that keeps a factor sparse: see `_dissected`."""
+    """The free coordinates in an order that keeps a factor sparse: see `rbfound.dissection.dissected`."""
     places = solid.mesh.doflocs
     nodes = places.shape[1]
     node = solid.free % nodes
@@ -342,41 +256,8 @@ def _order(solid: Solid) -> Indices:
     # what two nodes have to do with each other at all shows along x
     graph = sparse.csr_array(abs(solid.K[:nodes, :nodes]))[moving][:, moving]
     place = np.empty(nodes, dtype=np.intp)
-    place[moving[_dissected(graph, places[:, moving])]] = np.arange(len(moving))
+    place[moving[dissected(graph, places[:, moving])]] = np.arange(len(moving))
     return np.argsort(place[node], kind="stable")
-
-
-def _dissected(graph: sparse.csr_array, places: Array) -> Indices:
-    """Nodes at places (3, n) in the order of nested dissection: one half, the other half, what joins them.
-
-    A part is cut in the middle of its extent along x, y or z, where the fewest nodes join the halves, and the halves
-    are cut again; what is small enough has minimum degree. (George 1973, DOI 10.1137/0710032.)
-    """
-    cuts = []
-    for along in places if graph.shape[0] > SMALL else []:
-        first = along < np.median(along) - ON_IT
-        seam = ~first & (graph @ first.astype(float) > 0)
-        second = ~first & ~seam
-        if min(first.sum(), second.sum()) > seam.sum():
-            cuts.append((seam.sum(), first, second, seam))
-    if not cuts:
-        return _minimum_degree(graph)
-    _, first, second, seam = min(cuts, key=lambda cut: cut[0])
-    halves = (np.flatnonzero(half) for half in (first, second))
-    inside = [half[_dissected(graph[half][:, half], places[:, half])] for half in halves]
-    return np.concatenate([*inside, np.flatnonzero(seam)])
-
-
-def _minimum_degree(graph: sparse.csr_array) -> Indices:
-    """Of the nodes of a graph, the order in which SuperLU would eliminate them."""
-    if graph.shape[0] == 0:
-        return np.array([], dtype=np.intp)
-    n = graph.shape[0]
-    # any matrix of this pattern that needs no pivots
-    dominant = sparse.csc_array((np.full(graph.nnz, -1.0), graph.indices, graph.indptr), shape=(n, n))
-    dominant = sparse.csc_array(dominant + sparse.diags_array(np.full(n, 2.0 * n)))
-    factor = splu(dominant, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    return np.argsort(factor.perm_c)
 
 
 def _shifted_inverse(solid: Solid, shift: float, factor: Factor | None = None) -> Solve:
@@ -400,38 +281,11 @@ def _square(shift: float) -> float:
 
 
 def _modes(solid: Solid, count: int, shift: float, solve: Solve) -> tuple[Array, Array]:
-    """The modes nearest to the shift by block Lanczos iteration, orthogonalised in full, on (K - shift^2 M)^-1 M.
-
-    A factor answers a block of forces in half the time that it takes to answer them one by one. (Grimes, Lewis and
-    Simon 1994, DOI 10.1137/S0895479888151111.)
-    """
-    M = _free(solid, solid.M)
-    n = M.shape[0]
-    if not 1 <= count < n:
-        raise ValueError(f"count is {count}: of {n} free coordinates it must be from 1 to {n - 1}.")
-    basis, projected = np.zeros((n, 0)), np.zeros((0, 0))
-    start = np.sin(np.outer(np.arange(1.0, n + 1), np.arange(1.0, BLOCK + 1)))
-    block = orthonormal(solve(M @ start), M, basis)
-    while True:
-        before, basis = basis.shape[1], np.hstack([basis, block])
-        answer = solve(M @ block)
-        inside = basis.T @ (M @ answer)
-        projected = np.block([[projected, inside[:before]], [inside[:before].T, inside[before:]]])
-        values, Q = np.linalg.eigh((projected + projected.T) / 2)
-        wanted = np.argsort(-np.abs(values))[:count]
-        following = orthonormal(answer, M, basis) if basis.shape[1] < n else basis[:, :0]
-        # what leads out of the space so far, of each mode: its length in the mass's norm, relative
-        outside = (following.T @ (M @ answer)) @ Q[before:, wanted]
-        done = len(wanted) == count and np.linalg.norm(outside, axis=0) <= CONVERGED * np.abs(values[wanted])
-        if np.all(done) or not following.shape[1]:
-            break
-        block = following
-    squares = _square(shift) + 1 / values[wanted]
-    order = np.argsort(squares)
+    squares, free = nearest_modes(_free(solid, solid.M), solve, count, _square(shift))
     Phi = np.zeros((solid.K.shape[0], count))
-    Phi[solid.free] = basis @ Q[:, wanted[order]]
+    Phi[solid.free] = free
     # a free body's six zeros come out as rounding on either side of zero
-    return np.sqrt(np.maximum(squares[order], 0)), Phi * _sign(solid.B @ Phi if len(solid.B) else Phi)
+    return np.sqrt(np.maximum(squares, 0)), Phi * _sign(solid.B @ Phi if len(solid.B) else Phi)
 
 
 def _sign(shapes: Array) -> Array:

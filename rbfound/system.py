@@ -136,6 +136,17 @@ class System:
         shapes = np.concatenate([rigid, shapes[:, kept]], axis=1)
         return in_order(poles, shapes)
 
+    def rounding(self, poles: ArrayLike) -> Array:
+        """How far `modes` may miss poles (m,) by rounding [rad/s], (m,).
+
+        Eigenvalues of the state matrix, in units of the fastest mode, carry an error of eps times their condition
+        number, which is |fastest| / 2 |pole| for a light damping.
+        """
+        A, L = self.state_matrix()
+        n = len(L)
+        fastest = max(np.sqrt(linalg.norm(A[n:, :n], np.inf)), linalg.norm(A[n:, n:], np.inf)) if n else 0.0
+        return np.asarray(np.finfo(float).eps * fastest**2 / np.maximum(np.abs(poles), np.finfo(float).tiny))
+
     @staticmethod
     def _rigid_shapes(stiffness: Array, L: Array, most: int) -> Array:
         """Shapes that no spring feels, (n, r). Eigenvectors of a double zero come in equal pairs: no use here."""

@@ -22,7 +22,8 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from rbfound.bodies import Body
-from rbfound.plots import BLACK, STYLE, TILT, TURN, VIEW
+from rbfound.plots_bodies import TILT, TURN, VIEW
+from rbfound.plots_style import BLACK, STYLE
 from rbfound.tables import number
 
 Array = NDArray[np.float64]
@@ -175,7 +176,7 @@ def still(bodies: Sequence[Body], labels: Sequence[str]) -> bytes:
 
 
 def mode_on(ax: Axes, bodies: Sequence[Body], mode: int, marks: bool = True) -> None:
-    """One mode of some bodies into given axes, seen as in `rbfound.plots.body`; far faces first."""
+    """One mode of some bodies into given axes, seen as in `rbfound.plots_bodies.body`; far faces first."""
     size = float(np.ptp(np.concatenate([body.points for body in bodies]), axis=0).max())
     drawn: list[tuple[Array, Any, Any]] = []
     for k, body in enumerate(bodies):

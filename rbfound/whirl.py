@@ -93,8 +93,20 @@ class Campbell:
 
     @property
     def damping(self) -> Array:
-        """(s, m) [-], negative where the machine is unstable."""
+        """(s, m) [-], negative where the machine is unstable, or by rounding where nothing damps it: see `unstable`."""
         return np.asarray(-self.poles.real / np.abs(self.poles))
+
+    def unstable(self) -> NDArray[np.bool_]:
+        """Which branches are unstable at some speed, (m,).
+
+        A mode that no damping reaches has a damping of zero, which comes out on either side of it: only what grows
+        faster than rounding can feign, see `System.rounding`, is unstable.
+        """
+        growing = np.nan_to_num(self.poles.real) > 0
+        if not growing.any():
+            return np.zeros(self.poles.shape[1], dtype=bool)
+        error = self.machine.at(float(self.speeds[-1])).rounding(self.poles)
+        return np.asarray((growing & (self.poles.real > error)).any(axis=0))
 
     def critical_speeds(self) -> CriticalSpeeds:
         """Where branches cross the line frequency = speed, refined on the machine itself to 1e-9."""
@@ -126,6 +138,11 @@ def campbell(machine: Spinning, speeds: ArrayLike, count: int = 12, above: float
         Modes to follow: the lowest ones at the first speed.
     above : float [Hz]
         Slower modes are left out: rigid-body and overdamped ones.
+
+    Raises
+    ------
+    ValueError
+        When the speeds are not finite and ascending.
     """
     speeds = np.atleast_1d(np.asarray(speeds, dtype=float))
     if speeds.ndim != 1 or not len(speeds) or not np.isfinite(speeds).all() or (np.diff(speeds) <= 0).any():

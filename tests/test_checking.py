@@ -4,15 +4,21 @@ import numpy as np
 import pytest
 
 import rbfound as rb
+from rbfound import averaging, rig
+from rbfound.checking import _noise
 
 F = np.arange(5.0, 400.0, 0.5)
 OMEGA, ZETA = rb.radians(np.array([60.0, 130.0, 250.0])), np.array([0.02, 0.02, 0.015])
 
 
-def sound(f=F, omega=OMEGA, zeta=ZETA):
+def sound_foundation(omega=OMEGA, zeta=ZETA):
     # bouncing along Y, along X and rocking along X, and a little of each other
     phi = 0.1 * (np.array([[0, 1, 0.8], [1, 0, 0], [0, 1, -0.8], [1, 0, 0]]) + 0.1 * np.arange(12).reshape(4, 3) % 0.7)
-    return rb.modal_foundation(phi, omega, zeta).frf(f)
+    return rb.modal_foundation(phi, omega, zeta)
+
+
+def sound(f=F, omega=OMEGA, zeta=ZETA):
+    return sound_foundation(omega, zeta).frf(f)
 
 
 def with_H(frf, H):
@@ -106,6 +112,48 @@ def test_notes_of_the_data_are_in_the_report_and_few_lines_are_refused():
     assert "not measured: x1 from y2." in str(rb.check(frf))
     with pytest.raises(ValueError, match="have 4 lines"):
         rb.check(sound(F[:4]))
+
+
+@pytest.fixture(scope="module")
+def hammered():
+    """A sound set as a hammer and accelerometers measure it, from 1 Hz: below 20 Hz there is nothing but noise."""
+    sensors = rig.Sensors(force_noise=0.2, response_noise=3e-3)
+    return averaging.spectra(rig.hammer(sound_foundation(), sensors, rate=1280.0, block=1.0, seed=26)).h1()
+
+
+def test_noise_of_sensors_is_no_flaw_of_signs_reciprocity_or_modes(hammered):
+    report = rb.check(hammered)
+    # on the lowest lines receptances differ by more than their size, and driving points have the wrong sign
+    assert hammered.reciprocity() > 0.5
+    assert np.mean(np.einsum("nii->ni", hammered.H).imag > 0) > 0.01
+    assert report.nonreciprocity == 0
+    assert report.gaining.max() < 0.005
+    np.testing.assert_allclose(report.peaks, [60, 130, 250], rtol=0.01)
+    assert np.isnan(report.static).all()
+    # a hammer's lines, 1 Hz apart, are too few for the first peak and no other warning is due
+    assert [line for line in report.warnings if "half-power width" not in line] == []
+
+
+def test_within_noise_what_is_wrong_is_still_named(hammered):
+    H = hammered.H.copy()
+    H[:, 2] *= -1
+    H[:, 0, 3] *= 1.5
+    report = rb.check(with_H(hammered, H))
+    assert any("driving point at x2 gives energy away" in line for line in report.warnings)
+    assert report.gaining[[0, 1, 3]].max() < 0.005
+    assert report.nonreciprocity > 0.5
+
+
+def test_the_noise_of_each_line_is_that_of_its_surroundings():
+    # errors that fall with the square of the frequency: by a hundred from the first line to where the first peak begins
+    frf, rng = sound(), np.random.default_rng(2)
+    size = 1e-8 / frf.frequency**2
+    error = (rng.standard_normal(frf.H.shape) + 1j * rng.standard_normal(frf.H.shape)) / np.sqrt(2)
+    local, _ = _noise(with_H(frf, frf.H + size[:, None, None] * error))
+    ratio = (local / size[:, None, None])[F < 50]
+    # the median of 15 moduli scatters by some 25 %
+    assert 0.9 < np.median(ratio) < 1.15
+    assert np.mean((ratio > 0.5) & (ratio < 2)) > 0.99
 
 
 def test_flat_and_empty_curves_get_a_report_too():

@@ -86,6 +86,19 @@ def test_campbell_gives_what_the_same_machine_gives_in_python(rig, capsys):
     assert len(diagram.critical_speeds().speed)
 
 
+def test_a_campbell_diagram_warns_of_what_is_unstable_and_of_nothing_else(tmp_path, capsys):
+    # what stands on one bearing in the middle: every second bending mode is undamped, and none unstable
+    one = MACHINE.replace('foundation = "foundation.json"\n', "").replace("0.05, 0.04]", "0.05, 0.05]")
+    one = one[: one.index("[[disk]]")] + one[one.index("[[bearing]]") : one.rindex("[[bearing]]")]
+    path = tmp_path / "machine.toml"
+    path.write_text(one.replace("position = 0.0", "position = 0.5"))
+    assert main(["campbell", str(path)]) == 0
+    assert "Warning" not in capsys.readouterr().out
+    path.write_text(one.replace("position = 0.0", "position = 0.5").replace("cxx = 1e3", "cxx = -1e3"))
+    assert main(["campbell", str(path)]) == 1
+    assert "Warning: unstable in this range: mode" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("command", [[], ["check"], ["identify"], ["campbell"]])
 def test_help_shows_examples_and_exit_codes(command, capsys):
     with pytest.raises(SystemExit) as end:

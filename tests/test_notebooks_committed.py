@@ -97,6 +97,14 @@ def test_a_chapter_opens_with_a_question_and_a_picture_and_closes_with_what_was_
         assert re.match(r"Next: .*\.(ipynb|md)", end.splitlines()[-1]), f"{path.stem} does not lead on"
 
 
-def test_the_notebooks_of_the_book_are_all_here_and_no_others() -> None:
+def test_the_notebooks_of_the_book_are_all_here_in_the_order_of_their_numbers() -> None:
+    # the book numbers its chapters as they come: "chapter 19" has to be the file that begins with 19
     toc = (Path(__file__).resolve().parent.parent / "_toc.yml").read_text(encoding="utf-8")
-    assert set(re.findall(r"notebooks/(\w+)", toc)) == {path.stem for path in NOTEBOOKS}
+    assert re.findall(r"notebooks/(\w+)", toc) == [path.stem for path in NOTEBOOKS]
+
+
+def test_the_first_page_has_a_row_for_every_chapter() -> None:
+    first = "\n".join(source(cell) for cell in json.loads(NOTEBOOKS[0].read_text(encoding="utf-8"))["cells"])
+    rows = dict(re.findall(r"^\| \[(\d+) [^]]+\]\((\w+)\.ipynb\) \|", first, re.MULTILINE))
+    assert list(rows.values()) == [path.stem for path in NOTEBOOKS[1:]]
+    assert all(int(number) == int(stem[:2]) for number, stem in rows.items())

@@ -390,6 +390,31 @@ def test_a_host_that_does_not_answer_is_said(browser: Any, bench: Bench, tmp_pat
     stage.context.close()
 
 
+def test_a_notebook_that_was_made_a_page_says_at_once_where_the_peaks_can_be_moved(stage: Stage) -> None:
+    # what is in such a page: the state of its widgets, and a manager that answers nothing
+    stage.page.evaluate("""() => {
+        window.remove();
+        document.querySelector(".rbfound-picker").parentElement.remove();
+        const type = "application/vnd.jupyter.widget-state+json";
+        document.head.append(Object.assign(document.createElement("script"), { type }));
+        document.body.append(Object.assign(document.createElement("a"), { href: "book/live.html" }));
+        model.save_changes = () => {};
+        exported.render({ model, el: document.getElementById("here") });
+    }""")
+    note = stage.page.locator(".rbp-note")
+    note.wait_for()
+    assert "No Python runs behind this page" in note.text_content()
+    assert note.get_by_role("link", name="Live").get_attribute("href").endswith("/book/live.html")
+    assert stage.page.get_by_role("status").count() == 0
+    stage.handles.nth(0).focus()
+    stage.page.keyboard.press("PageUp")
+    # sooner than "Computing…" would stand there
+    stage.page.wait_for_timeout(100)
+    assert "belongs to the peaks as they were before" in stage.page.get_by_role("status").text_content()
+    stage.page.wait_for_timeout(400)
+    assert stage.page.get_by_text("Computing").count() == 0
+
+
 def test_where_no_python_runs_a_line_can_be_moved_and_it_is_said(stage: Stage) -> None:
     stage.page.evaluate("() => { model.send = () => { throw new TypeError('comm.send is not a function'); }; }")
     before = stage.handles.nth(0).get_attribute("aria-valuenow")

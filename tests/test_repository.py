@@ -28,6 +28,17 @@ def test_the_core_needs_numpy_and_scipy_only() -> None:
     assert [re.split(r"[<>=]", need)[0] for need in needs] == ["numpy", "scipy"]
 
 
+def test_the_page_of_the_package_is_built_without_the_extras_that_the_book_does_not_need() -> None:
+    # `make book` installs .[book] alone: a module of another extra is shown with that package mocked
+    extras = tomllib.loads(text("pyproject.toml"))["project"]["optional-dependencies"]
+    (own,) = (re.findall(r"\w+", need) for need in extras["book"] if need.startswith("rbfound["))
+    beyond = set(extras) - {*own, "book", "test", "dev"}
+    imported = {"ross": "ross", "sweep": "pyarrow"}
+    assert beyond == set(imported)
+    (mocked,) = re.findall(r"autodoc_mock_imports: \[(.+)\]", text("_config.yml"))
+    assert set(mocked.split(", ")) == set(imported.values())
+
+
 def test_every_module_is_on_the_page_of_the_package_and_on_its_floor() -> None:
     floors = re.split(r"^## .+ floor$", text("book/api.md"), flags=re.MULTILINE)[1:]
     shown = {

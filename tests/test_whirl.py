@@ -1,5 +1,7 @@
 """Campbell diagrams, critical speeds, unbalance response."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import linalg
@@ -165,8 +167,23 @@ def test_a_cross_coupled_bearing_is_unstable_above_its_threshold():
         for root in expected:
             assert np.abs(diagram.poles[0] - root).min() < 1e-4 * abs(root)
         assert (diagram.damping.min() < 0) == unstable
+        assert diagram.unstable().any() == unstable
         forward = diagram.damping[1].argmin()
         assert diagram.whirl[1, forward] > 0.99
+
+
+def test_a_mode_that_nothing_damps_is_not_unstable_by_rounding():
+    # one bearing in the middle of the shaft: modes that have a node there are not damped
+    rotor = rb.Rotor(rb.Shaft([0.5, 0.5], [0.05, 0.05]))
+    diagram = rb.campbell(rb.mount(rotor, {0.5: rb.Bearing(kxx=1e8, kyy=1e8, cxx=1e3, cyy=1e3)}), SPEEDS[:3], count=8)
+    free = diagram.damping[0] < 1e-9
+    assert free.any()
+    assert not free.all()
+    assert not diagram.unstable().any()
+    # rounding may be on either side of zero; here it is put on the wrong one, and then what no rounding is
+    grown = 1j * diagram.poles.imag
+    assert not replace(diagram, poles=grown * (1 - 1e-14j)).unstable().any()
+    assert replace(diagram, poles=grown * (1 - 1e-6j)).unstable().all()
 
 
 @pytest.mark.parametrize("speeds", [[0.0, 0.0], [10.0, 5.0], [0.0, np.nan], [np.inf], [[0.0, 1.0]]])

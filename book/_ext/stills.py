@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
 from rbfound.live import Live
-from rbfound.plots import STYLE
+from rbfound.plots_style import STYLE
 from rbfound.sketch import axis, figure, line
 
 # Of each theme: ink, paper, grid and the colours of the styles, as rbfound/sliders.css has them.
