@@ -25,6 +25,7 @@ os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.sparse.linalg import splu
 
 import rbfound as rb
 from rbfound import solid as solids
@@ -85,7 +86,7 @@ def factor_size(grid: str) -> float:
     order = solids._order(solid)
     A = solid.K[solid.free][:, solid.free][order][:, order].tocsc()
     options = {"SymmetricMode": True}
-    factor = solids.splu(A, permc_spec="NATURAL", diag_pivot_thresh=0.0, relax=1, options=options)
+    factor = splu(A, permc_spec="NATURAL", diag_pivot_thresh=0.0, relax=1, options=options)
     return float(factor.nnz * 12 / 2**20)
 
 
@@ -147,8 +148,8 @@ the other, eight modes of each, with PARDISO's factor (pypardiso {version("pypar
 
 The lowest frequencies of both together: {", ".join(f"{value:.2f}" for value in found)} Hz.
 
-SuperLU's fill is too much for this: with it a half of 442332 was killed on a machine of 23 GB. A body without symmetry,
-or one larger still, wants a factor that is spread over machines: PETSc with MUMPS behind `natural_modes(..., factor=)`,
+SuperLU keeps both triangles of its factor, and would need more than twice this memory. A body without symmetry, or one
+larger still, wants a factor that is spread over machines: PETSc with MUMPS behind `natural_modes(..., factor=)`,
 or SLEPc in place of it. PyPI has their sources only; conda-forge and the systems' packages have both, compiled.
 """
 
