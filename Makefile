@@ -20,7 +20,7 @@ BUILT := tests/test_book.py tests/test_live_page.py tests/test_accessibility.py 
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
-.PHONY: help book pdf test lab notebooks picture data crosscheck study bench fuzz lint format unit html wheel screenshots clean distclean
+.PHONY: help book pdf test lab notebooks picture data crosscheck study bench speed fuzz lint format unit html wheel screenshots clean distclean
 .NOTPARALLEL:
 
 help: ## list these targets
@@ -64,6 +64,13 @@ bench: benchmarks/.venv/bench.stamp benchmarks/.venv-ross/bench.stamp ## compare
 	benchmarks/.venv/bin/python benchmarks/startup.py
 	benchmarks/.venv/bin/python benchmarks/sweep.py
 	benchmarks/.venv/bin/python benchmarks/solid.py
+
+# A commit is timed by today's benchmarks, so that like stands beside like. `git worktree` keeps it in _build/at.
+speed: benchmarks/.venv/bench.stamp ## time what is used most beside all runs before (AT=commit: how it was then)
+	$(if $(AT),test -d _build/at/$(AT) || git worktree add --force --detach _build/at/$(AT) $(AT))
+	PYTHONPATH=$(if $(AT),_build/at/$(AT),.) benchmarks/.venv/bin/pytest -W default benchmarks/test_speed.py \
+	  --benchmark-timer=time.process_time --benchmark-columns=median,iqr,rounds --benchmark-sort=fullname \
+	  --benchmark-save=$(or $(AT),now) --benchmark-compare
 
 study: $(VENV)/book.stamp ## identify two hundred noisy measurements: errors, and how often the error bars hold (15 minutes; an interrupt loses nothing)
 	$(BIN)/python tools/study.py
@@ -144,7 +151,7 @@ $(VENV)/nastran.stamp: $(VENV)/venv.stamp
 
 # The peers would fight with the book's pins, and weigh more than it: an environment of their own.
 benchmarks/.venv/bench.stamp: benchmarks/requirements.txt pyproject.toml
-	@echo "Installing the peers into benchmarks/.venv: some minutes, and about 1.3 GB."
+	@echo "Installing the peers into benchmarks/.venv: some minutes, and about 2.5 GB."
 	$(PYTHON) -m venv --clear benchmarks/.venv
 	benchmarks/.venv/bin/pip install --quiet --quiet --no-deps --requirement benchmarks/requirements.txt
 	benchmarks/.venv/bin/pip install --quiet --quiet --no-deps --editable .

@@ -3,7 +3,7 @@
 Coordinates: x of every node, then y, then z.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,16 +25,16 @@ def stiffness(mesh: SerendipityMesh, first: Array, second: Array, order: int = R
     basis = Basis(mesh, ElementHexS2(), intorder=order)
     slopes = np.array([function[0].grad for function in basis.basis])
     weighted = slopes * basis.dx
-    blocks = []
     # products[e, a, b]: the integral over element e of d N_a / d x_i times d N_b / d x_j
     products = [
         [np.einsum("aeq,beq->eab", u, v, optimize=True) for v in slopes.swapaxes(0, 1)] for u in weighted.swapaxes(0, 1)
     ]
     both = sum(products[k][k] for k in range(3))
     lame, mu = first[:, None, None], second[:, None, None]
-    for i in range(3):
-        blocks.append([lame * products[i][j] + mu * (products[j][i] + (i == j) * both) for j in range(3)])
-    return _summed(basis, blocks)
+    return _summed(
+        basis,
+        ({j: lame * products[i][j] + mu * (products[j][i] + (i == j) * both) for j in range(3)} for i in range(3)),
+    )
 
 
 def mass(mesh: SerendipityMesh, rho: Array) -> sparse.csc_array:
@@ -42,24 +42,37 @@ def mass(mesh: SerendipityMesh, rho: Array) -> sparse.csc_array:
     basis = Basis(mesh, ElementHexS2(), intorder=FULL)
     heights = np.array([np.asarray(function[0])[0] for function in basis.basis])
     one = np.einsum("aq,bq,eq->eab", heights, heights, rho[:, None] * basis.dx, optimize=True)
-    return _summed(basis, [[one if i == j else None for j in range(3)] for i in range(3)])
+    return _summed(basis, ({i: one} for i in range(3)))
 
 
-def _summed(basis: Basis, blocks: Sequence[Sequence[Array | None]]) -> sparse.csc_array:
-    """The sums over all elements of 3 x 3 blocks (elements, 20, 20): one pattern, found once, serves all of them."""
+def _summed(basis: Basis, lines: Iterable[Mapping[int, Array]]) -> sparse.csc_array:
+    """The sums over all elements of symmetric 3 x 3 blocks (elements, 20, 20), which share one pattern.
+
+    Parameters
+    ----------
+    lines : the blocks of one row after the other, by their column
+    """
     nodes = basis.mesh.doflocs.shape[1]
-    place = basis.element_dofs.T
+    # scikit-fem's numbers have 32 bits, of which a pair of nodes needs more
+    place = basis.element_dofs.T.astype(np.int64)
     pairs, where = np.unique(place[:, :, None] * nodes + place[:, None, :], return_inverse=True)
     row, column = np.divmod(pairs, nodes)
     start = np.searchsorted(row, np.arange(nodes + 1))
-
-    def one(block: Array | None) -> sparse.csr_array:
-        if block is None:
-            return sparse.csr_array((nodes, nodes))
-        data = np.bincount(where.ravel(), block.ravel(), len(pairs))
-        return sparse.csr_array((data, column, start), shape=(nodes, nodes))
-
-    return sparse.csc_array(sparse.block_array([[one(block) for block in line] for line in blocks]))
+    data, indices, ends = [], [], [np.zeros(1, dtype=np.intp)]
+    for line in lines:
+        # written where it will stay: joining finished blocks takes five times the memory
+        values, columns = np.empty(len(line) * len(pairs)), np.empty(len(line) * len(pairs), dtype=np.int32)
+        at = np.arange(len(pairs)) + (len(line) - 1) * start[row]
+        for k, block in sorted(line.items()):
+            values[at] = np.bincount(where.ravel(), block.ravel(), len(pairs))
+            columns[at] = column + k * nodes
+            at += np.diff(start)[row]
+        data.append(values)
+        indices.append(columns)
+        ends.append(ends[-1][-1] + len(line) * start[1:])
+    size, whole = 3 * nodes, np.concatenate(ends).astype(np.int32)
+    # symmetric: its columns are its rows
+    return sparse.csc_array((np.concatenate(data), np.concatenate(indices), whole), shape=(size, size))
 
 
 def bed_stiffness(mesh: SerendipityMesh, where: Places, per_area: Sequence[float]) -> sparse.csc_array:

@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
+from rbfound.elimination import response
 from rbfound.foundation import Foundation
 from rbfound.frf import FRF
-from rbfound.nodechain import Chain, chain_of
+from rbfound.nodechain import Chain
 from rbfound.rotor import Bearing, Mesh, Rotor, assemble
+from rbfound.roundshaft import chain_of
 from rbfound.system import Modes, System
 from rbfound.units import radians
 
@@ -64,7 +66,7 @@ class Machine:
         """
         out, uncertain = np.empty(force.shape, dtype=complex), np.arange(len(omega))
         if self.chain is not None:
-            found, uncertain = self.chain.response(omega, speeds, force.T)
+            found, uncertain = response(self.chain, omega, speeds, force.T)
             out[:] = found.T
         for k in uncertain:
             out[k] = self.at(float(speeds[k])).solve(float(omega[k]), force[k])

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from rbfound.nodechain import ROUNDING, Chain
+from rbfound.elimination import ROUNDING, solve, solve_twice, turns
+from rbfound.nodechain import Chain
 from rbfound.system import Modes, in_order, mac
 from rbfound.units import radians
 
@@ -31,8 +32,6 @@ BESIDE = 1e-7
 CLOSE = 1e-2
 # Two modes of one speed are the same one if they are as close in both pole and shape.
 SAME = 1e-6
-# Speeds at which poles are counted: the first, the last, and some between.
-COUNTED = 8
 # A phase that turns by more between two neighbours on a contour might have turned the other way round.
 MOST_TURN = 2.5
 
@@ -75,8 +74,7 @@ def lowest_modes(chain: Chain, speeds: Array, count: int, above: float) -> list[
         start = np.take_along_axis(guessed, order, axis=1)
         if not (start.imag > slow).all():
             continue
-        some = np.unique(np.linspace(0, len(speeds) - 1, COUNTED).astype(int))
-        if not complete(chain, speeds[some], guessed[some], start[some]):
+        if not complete(chain, speeds, guessed, start):
             continue
         modes = _polished(chain, small, speeds, start, np.take_along_axis(shapes, order[:, None, :], axis=2))
         if modes is not None:
@@ -153,10 +151,10 @@ def complete(chain: Chain, speeds: Array, guessed: Complex, start: Complex) -> b
     points, height, width = contours(guessed, start)
     inside = (np.abs(guessed.imag) < height[:, None]) & (np.abs(guessed.real) < width[:, None])
     fresh = np.hstack([np.ones((len(speeds), 1), dtype=bool), np.diff(points, axis=1) != 0])
-    turns = np.empty(points.shape, dtype=complex)
-    turns[fresh] = chain.turns(points[fresh], np.broadcast_to(speeds[:, None], points.shape)[fresh])
+    turned = np.empty(points.shape, dtype=complex)
+    turned[fresh] = turns(chain, points[fresh], np.broadcast_to(speeds[:, None], points.shape)[fresh])
     steps = np.zeros(points.shape)
-    for k, (turn, new) in enumerate(zip(turns, fresh, strict=True)):
+    for k, (turn, new) in enumerate(zip(turned, fresh, strict=True)):
         steps[k, : new.sum() - 1] = np.angle(turn[new][1:] / turn[new][:-1])
     return bool(np.abs(steps).max() < MOST_TURN and (np.rint(steps.sum(axis=1) / np.pi) == inside.sum(axis=1)).all())
 
@@ -197,7 +195,7 @@ def _polished(chain: Chain, small: SmallModel, speeds: Array, start: Complex, sh
     x = np.stack([u + 1j * v, u - 1j * v]), full[2 * p :]
     poles, at = start.ravel(), np.repeat(speeds, m)
     for turn in range(STEPS):
-        poles, x, off = _newton(chain.solve, chain, poles, at, x)
+        poles, x, off = _newton(solve, chain, poles, at, x)
         if turn == 0:
             _part_neighbours(chain, poles, at, x, m)
         if not np.isfinite(off).all():
@@ -208,7 +206,7 @@ def _polished(chain: Chain, small: SmallModel, speeds: Array, start: Complex, sh
     if len(bad):
         # at the pole itself a chain may be singular before its ends are tied: from beside it
         beside, some = poles[bad] * (1 + BESIDE), (x[0][..., bad], x[1][..., bad])
-        poles[bad], better, _ = _newton(chain.solve_twice, chain, beside, at[bad], some)
+        poles[bad], better, _ = _newton(solve_twice, chain, beside, at[bad], some)
         for part, new in zip(x, better, strict=True):
             part[..., bad] = new
         bad = bad[~(chain.misfit(poles[bad], at[bad], better) <= ROUNDING)]
@@ -220,11 +218,15 @@ def _polished(chain: Chain, small: SmallModel, speeds: Array, start: Complex, sh
 
 
 def _newton(
-    solve: Callable[[Complex, Array, Complex, Complex], Motion], chain: Chain, poles: Complex, at: Array, x: Motion
+    answer: Callable[[Chain, Complex, Array, Complex, Complex], Motion],
+    chain: Chain,
+    poles: Complex,
+    at: Array,
+    x: Motion,
 ) -> tuple[Complex, Motion, Array]:
     """One step of every pole and its motion, and how far the poles moved, relative."""
     x = _unit(x)
-    w = solve(poles, at, *chain.slope_of_stiffness(poles, at, *x))
+    w = answer(chain, poles, at, *chain.slope_of_stiffness(poles, at, *x))
     step = 1 / _dot(x, w)
     return poles - step, w, np.abs(step / poles)
 

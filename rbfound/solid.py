@@ -196,12 +196,11 @@ def direct_receptance(
     zeta : damping ratios of these shapes [-]
     """
     omega, Phi = damped
-    M, K = (_free(solid, A) for A in (solid.M, solid.K))
-    BT, U = solid.B[:, solid.free].T, M @ Phi[solid.free]
+    BT, U = solid.B[:, solid.free].T, _free(solid, solid.M) @ Phi[solid.free]
     frequency = np.atleast_1d(np.asarray(frequency, dtype=float))
     H = np.empty((len(frequency), len(solid.B), len(solid.B)), dtype=complex)
     for line, w in enumerate(radians(frequency)):
-        undamped = _factor(solid, (K - w**2 * M).tocsc(), 0.1)
+        undamped = _factor(solid, sparse.csc_array(solid.K - w**2 * solid.M), 0.1)
         X, Y = undamped(BT), undamped(U)
         small = np.diag(1 / (2j * w * zeta * omega)) + U.T @ Y
         H[line] = BT.T @ X - (BT.T @ Y) @ np.linalg.solve(small, U.T @ X)
@@ -221,15 +220,17 @@ def surface(solid: Solid) -> tuple[Array, Indices]:
 
 
 def _free(solid: Solid, A: sparse.csc_array) -> sparse.csc_array:
-    return A[solid.free][:, solid.free].tocsc()
+    return A if len(solid.free) == A.shape[0] else A[:, solid.free][solid.free].tocsc()
 
 
 def _factor(solid: Solid, A: sparse.csc_array, pivot_threshold: float = 0.0) -> Solve:
-    """A^-1 as a function, for a symmetric A in the free coordinates; a definite one needs no pivoting."""
+    """The inverse of a symmetric A in its free coordinates, as a function; a definite one needs no pivoting."""
     order = _order(solid)
+    kept = solid.free[order]
     try:
+        # named nowhere else: beside the factor every further copy would count
         factor = splu(
-            A[order][:, order].tocsc(),
+            A[:, kept][kept].tocsc(),
             permc_spec="NATURAL",
             diag_pivot_thresh=pivot_threshold,
             relax=1,
@@ -250,20 +251,20 @@ def _order(solid: Solid) -> Indices:
     """The free coordinates in an order that keeps a factor sparse: see `rbfound.dissection.dissected`."""
     places = solid.mesh.doflocs
     nodes = places.shape[1]
-    links = sparse.coo_array(solid.K[solid.free][:, solid.free])
     node = solid.free % nodes
-    graph = sparse.csr_array((np.ones(links.nnz), (node[links.row], node[links.col])), shape=(nodes, nodes))
+    moving = np.unique(node)
+    # what two nodes have to do with each other at all shows along x
+    graph = sparse.csr_array(abs(solid.K[:nodes, :nodes]))[moving][:, moving]
     place = np.empty(nodes, dtype=np.intp)
-    place[dissected(graph, places)] = np.arange(nodes)
+    place[moving[dissected(graph, places[:, moving])]] = np.arange(len(moving))
     return np.argsort(place[node], kind="stable")
 
 
 def _shifted_inverse(solid: Solid, shift: float, factor: Factor | None = None) -> Solve:
     if shift >= 0 and _loose(solid):
         raise ValueError(f"Nothing holds the body, and the shift is {shift:g} Hz: a free body needs one below 0 Hz.")
-    M, K = (_free(solid, A) for A in (solid.M, solid.K))
-    A = (K - _square(shift) * M).tocsc() if shift else K
-    return factor(A) if factor else _factor(solid, A, 0.1 if shift > 0 else 0.0)
+    A = sparse.csc_array(solid.K - _square(shift) * solid.M) if shift else solid.K
+    return factor(_free(solid, A)) if factor else _factor(solid, A, 0.1 if shift > 0 else 0.0)
 
 
 def _loose(solid: Solid) -> bool:

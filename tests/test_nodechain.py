@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import rbfound as rb
-from rbfound.nodechain import ROUNDING, chain_of
+from rbfound.elimination import ROUNDING, solve, turns
+from rbfound.roundshaft import chain_of
 
 ROTOR = rb.Rotor(
     rb.Shaft([0.5, 0.3], [0.05, 0.04]), {0.25: rb.Disk(10.0, 0.02, 0.04), 0.8: rb.Disk(4.0, 0.02, 0.03)}, element=0.04
@@ -48,7 +49,7 @@ def test_the_motion_of_each_lane_is_that_of_the_dense_matrix(name):
     rng = np.random.default_rng(0)
     force = rng.standard_normal((len(machine.M), LANES)) + 1j * rng.standard_normal((len(machine.M), LANES))
     chain = machine.chain
-    motion = chain.solve(POLES, SPEEDS, *chain.motion(force))
+    motion = solve(chain, POLES, SPEEDS, *chain.motion(force))
     found = chain.vector(*motion)
     for k in range(LANES):
         expected = np.linalg.solve(dynamic_stiffness(machine, k), force[:, k])
@@ -75,7 +76,7 @@ def test_stiffness_and_its_slope_times_a_motion_are_the_dense_products(name):
 def test_the_phase_of_the_determinant_is_that_of_the_dense_matrix(name):
     machine = MACHINES[name]()
     expected = [np.linalg.slogdet(dynamic_stiffness(machine, k))[0] for k in range(LANES)]
-    np.testing.assert_allclose(machine.chain.turns(POLES, SPEEDS), expected, atol=1e-7)
+    np.testing.assert_allclose(turns(machine.chain, POLES, SPEEDS), expected, atol=1e-7)
 
 
 def test_a_vector_becomes_a_motion_and_a_vector_again():
@@ -88,7 +89,7 @@ def test_the_misfit_of_a_wrong_motion_is_large():
     machine = MACHINES["on a foundation"]()
     chain = machine.chain
     force = chain.motion(np.ones((len(machine.M), LANES), dtype=complex))
-    wrong = [1.001 * part for part in chain.solve(POLES, SPEEDS, *force)]
+    wrong = [1.001 * part for part in solve(chain, POLES, SPEEDS, *force)]
     # a part of 1e-3, of the smallest response to a force beside |D| |x|
     assert chain.misfit(POLES, SPEEDS, wrong, force).min() > 100 * ROUNDING
 

@@ -9,7 +9,8 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from rbfound.thesis import FOUNDATION as ANSYS
 
 pytest.importorskip("skfem", reason="the solid model needs scikit-fem: pip install 'rbfound[solid]'")
 
+from rbfound.assembly import _summed
 from rbfound.geometry import COARSE, WORKING, Bed, FoundationGeometry, Grid, foundation_blocks
 from rbfound.mesh import STEEL, Material, brick, join
 from rbfound.solid import (
@@ -88,6 +90,16 @@ def rigid_motions(places: np.ndarray) -> np.ndarray:
     shift = [np.repeat(np.eye(3)[k], places.shape[1]) for k in range(3)]
     turn = [np.cross(np.eye(3)[k], places.T).T.ravel() for k in range(3)]
     return np.array(shift + turn).T
+
+
+def test_a_mesh_with_more_pairs_of_nodes_than_32_bits_count_is_summed_whole() -> None:
+    # scikit-fem numbers nodes in 32 bits: 60 020 squared is 3.6e9
+    far = np.arange(60_000, 60_020, dtype=np.int32)
+    basis: Any = SimpleNamespace(mesh=SimpleNamespace(doflocs=np.zeros((3, 60_020))), element_dofs=far[:, None])
+    summed = _summed(basis, ({k: np.ones((1, 20, 20))} for k in range(3)))
+    rows, columns = summed.nonzero()
+    assert summed.nnz == 3 * 20 * 20
+    assert set(rows % 60_020) == set(columns % 60_020) == set(far)
 
 
 def test_the_whole_body_has_six_zero_frequencies_before_it_is_fixed() -> None:
