@@ -27,6 +27,7 @@ from rbfound.leastsquares import (
     refine,
 )
 from rbfound.modesearch import (
+    ENOUGH,
     FINEST,
     completed,
     counted,
@@ -187,7 +188,7 @@ def fit_modes(
     if relative:
         problem = reweighted(problem, state)
     # nearly all of the way on the nodes, the rest on all lines
-    small = 0.02 * variance_of(problem, state)
+    small = ENOUGH * variance_of(problem, state)
     for lines in (problem.thinned(), problem):
         state, _ = refine(lines, state, small=small, damping=SURE, iterations=40)
     state = state.only(np.argsort(state.omega))

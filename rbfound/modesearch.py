@@ -25,15 +25,18 @@ from rbfound.units import hertz
 
 # A new mode has seats + 2 parameters and about a hundred places to be tried at: by chance the cost falls, in units of
 # the noise's variance, by 20 in less than one fit of a thousand. A pseudo-mode too many above the band does no harm,
-# but what one too few leaves undone makes the others wrong by more than their error bars: 4 falls by chance in one fit
+# but what one too few leaves undone makes the others wrong by more than their error bars: 5 falls by chance in one fit
 # of five. One too many below it would be a slow critical speed that is not there.
-WORTH, WORTH_ABOVE = 20.0, 4.0
+WORTH, WORTH_ABOVE = 20.0, 5.0
 
 # A pseudo-mode that does less, in units of the noise's variance, stands for nothing.
 IDLE = 2.0
 
 # A search that goes on ends at a step that lowers the cost by less than this part of it.
 ROUGH = 0.0003
+
+# A good fit ends at a step that lowers the cost by less than this part of the noise's variance.
+ENOUGH = 0.1
 
 # Data are taken for no better than this part of |H|: below it, the search for what is missing ends.
 FINEST = 2e-4
@@ -70,7 +73,7 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
     added, whole, thorough = 0, False, False
     while True:
         # a rough fit tells where a mode of the band is missing; a good one, that none is, and whether those outside do
-        small, rough, damping = (0.02 * variance, 0.0, SURE) if thorough else (variance, ROUGH, CAREFUL)
+        small, rough, damping = (ENOUGH * variance, 0.0, SURE) if thorough else (variance, ROUGH, CAREFUL)
         state, left = refine(thin, state, small=small, rough=rough, damping=damping, iterations=80)
         variance = variance_of(problem, state)
         idle = ~inside(state, edges) & (weight_of(thin, state) < IDLE * variance)
@@ -90,8 +93,9 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
             if found and more is None:
                 added += 1
                 more = _added(thin, state, left, new.only(np.array([best])), float(least[best]))
+                thorough = thorough and more is None
             if more is not None:
-                state, thorough = more, False
+                state = more
                 continue
         if thorough:
             return state
@@ -105,7 +109,7 @@ def _with_other_remainder(
     other = arranged(problem, state.only(inside(state, edges)), zeta, variance)
     if other is None:
         return None
-    more, then = refine(problem, other, small=0.02 * variance, iterations=80)
+    more, then = refine(problem, other, small=ENOUGH * variance, iterations=80)
     return more if then < left else None
 
 
