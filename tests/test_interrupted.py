@@ -12,6 +12,7 @@ import pytest
 # Tasks of a hundredth of a second end within a second; starting and joining processes on a busy machine takes its time.
 SOON = 15.0
 WORK = """
+import signal
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -30,6 +31,8 @@ def asked(count, kept=None, executor=None):
     return rb.monte_carlo(fit, lines, rotor, bearings, progress=True, **options)
 
 if __name__ == "__main__":
+    # what a shell starts in the background ignores Ctrl-C, and so would all that it starts
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     way, kept = sys.argv[1:]
     if way == "here":
         asked(3_000, kept)

@@ -93,8 +93,10 @@ def test_a_bar_shows_how_many_parts_are_done(tmp_path: Path, capsys: pytest.Capt
     assert "6 of 6" in capsys.readouterr().err
 
 
+# What a shell starts in the background ignores Ctrl-C, and so would all that it starts.
 CAUGHT = """
-import sys, time
+import signal, sys, time
+signal.signal(signal.SIGINT, signal.default_int_handler)
 from test_sweeps import SMALL
 from rbfound import sweeps
 replaced = sweeps.replaced
