@@ -33,7 +33,7 @@ def build_wheel(folder: Path) -> Path:
 def check_contents(wheel: Path) -> None:
     """The package, the whole package and nothing but the package."""
     names = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
-    files = [path for path in (ROOT / "rbfound").rglob("*") if path.suffix in {".py", ".typed", ".js", ".css"}]
+    files = [path for path in (ROOT / "rbfound").rglob("*") if path.suffix in {".py", ".pyi", ".typed", ".js", ".css"}]
     wanted = {path.relative_to(ROOT).as_posix() for path in files}
     if names != wanted:
         raise SystemExit(f"the wheel lacks {sorted(wanted - names)} and should not have {sorted(names - wanted)}")
