@@ -128,6 +128,14 @@ def bordered(problem: Problem, state: State, places: Array, zeta: Array) -> tupl
     return A, np.concatenate([b, match.ravel()])
 
 
+def symmetric(problem: Problem, entries: Array) -> Array:
+    """Matrices (k, seats, seats) from their entries i <= j, (k, entries)."""
+    seats = int(problem.rows.max()) + 1
+    R = np.zeros((len(entries), seats, seats))
+    R[:, problem.rows, problem.columns] = R[:, problem.columns, problem.rows] = entries
+    return R
+
+
 def _rank_one(problem: Problem, Q: Array, match: Array, size: Array) -> tuple[Array, Array]:
     """Of each candidate the shape phi whose phi phi' lowers the cost most, (c, seats), and by how much, 0 if none does.
 
@@ -143,8 +151,7 @@ def _rank_one(problem: Problem, Q: Array, match: Array, size: Array) -> tuple[Ar
     level = size[:, problem.rows == problem.columns] ** 0.25
     phi, gain = np.zeros((len(Q), seats)), np.zeros(len(Q))
     for start in (free, unit**2 * match):
-        residue = np.zeros((len(Q), seats, seats))
-        residue[:, problem.rows, problem.columns] = residue[:, problem.columns, problem.rows] = start
+        residue = symmetric(problem, start)
         trial = np.linalg.eigh(residue * level[:, :, None] * level[:, None, :])[1][:, :, -1]
         for _ in range(ALTERNATIONS):
             better, worth = _scaled(problem, Q, match, trial / level)

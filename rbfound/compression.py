@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from rbfound.leastsquares import Array, Complex, Problem, size_of
+from rbfound.noise import beside_neighbours
 
 # Nodes of a stretch, and its greatest length: a part of its distance from the next pole, and of its own frequency.
 NODES, REACH, LONGEST = 4, 0.8, 0.25
@@ -33,7 +34,7 @@ def compressed(problem: Problem, poles: Complex, relative: bool, finest: float) 
     """
     omega, H, weight = problem.omega, problem.H, problem.weight
     parts = _stretches(omega, poles)[::-1]
-    level = max(_noise(H, weight), finest, problem.least) ** 2
+    level = max(_noise(problem), finest, problem.least) ** 2
     # the nodes of evenly spaced lines depend on their number only
     even, known = np.ptp(np.diff(omega)) < 1e-6 * np.diff(omega).min(), {}
     nodes, values, weights, shares = [], [], [], []
@@ -101,10 +102,10 @@ def _stretches(omega: Array, poles: Complex) -> list[slice]:
     return out
 
 
-def _noise(H: Complex, weight: Array) -> float:
-    """Standard deviation of the weighted error, from fourth differences from line to line, which smooth data lack."""
-    if H.shape[1] < 5:
+def _noise(problem: Problem) -> float:
+    """Standard deviation of the weighted error, as neighbouring lines tell it."""
+    if len(problem.omega) < 5:
         return 0.0
-    bend = H[:, :-4] - 4 * H[:, 1:-3] + 6 * H[:, 2:-2] - 4 * H[:, 3:-1] + H[:, 4:]
+    square = problem.weight[:, 2:-2] ** 2 * beside_neighbours(problem.omega, problem.H.T).T
     # the median of the square of a complex normal error is ln 2 of its mean
-    return float(np.sqrt(np.median(np.abs(weight[:, 2:-2] * bend) ** 2) / (70 * np.log(2))))
+    return float(np.sqrt(np.median(square) / np.log(2)))

@@ -108,11 +108,13 @@ def problem_of(omega: Array, H: Complex, relative: bool = True, errors: Array | 
     rows, columns = np.triu_indices(H.shape[1])
     mean = ((H + H.transpose(0, 2, 1)) / 2)[:, rows, columns].T.copy()
     averaging = 1.0 if np.array_equal(H, H.transpose(0, 2, 1)) else float(np.sqrt(2))
-    size = size_of(mean, rows, columns) if relative else np.full(mean.shape, np.sqrt(np.mean(np.abs(mean) ** 2)))
-    weight = np.where(rows != columns, averaging, 1.0)[:, None] / size
     if errors is not None:
-        both = np.hypot(errors, errors.transpose(0, 2, 1))[:, rows, columns].T / np.sqrt(2)
-        weight = np.where(rows != columns, averaging, 1.0)[:, None] / both
+        size = np.hypot(errors, errors.transpose(0, 2, 1))[:, rows, columns].T / np.sqrt(2)
+    elif relative:
+        size = size_of(mean, rows, columns)
+    else:
+        size = np.full(mean.shape, np.sqrt(np.mean(np.abs(mean) ** 2)))
+    weight = np.where(rows != columns, averaging, 1.0)[:, None] / size
     edges = float(omega[0]), float(omega[-1])
     return Problem(omega, mean, weight, rows, columns, edges, averaging, least=float(errors is not None))
 

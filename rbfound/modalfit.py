@@ -178,13 +178,13 @@ def fit_modes(
     edges = problem.edges
     zeta = float(np.clip(np.median(-poles.real / np.abs(poles)), 2e-3, 0.05)) if len(poles) else 0.02
     problem = compressed(problem, poles, relative, FINEST * scale_of_data(problem))
-    state = completed(problem, first_modes(problem.thinned(), poles), edges, zeta, MOST)
+    state = completed(problem, first_modes(problem.thinned(), poles), zeta, MOST)
     _check_any(len(state.omega), band)
     suspects = inside(state, edges) & doubtful(problem, state, *_deviation(problem, state))
     state = pruned(problem, state, np.flatnonzero(suspects))
     _check_any(len(state.omega), band)
     if modes is not None:
-        state = counted(problem, state, edges, zeta, modes)
+        state = counted(problem, state, zeta, modes)
     if relative:
         problem = reweighted(problem, state)
     # nearly all of the way on the nodes, the rest on all lines
@@ -193,7 +193,7 @@ def fit_modes(
         state, _ = refine(lines, state, small=small, damping=SURE, iterations=40)
     state = state.only(np.argsort(state.omega))
     _check_any(int(inside(state, edges).sum()), band)
-    return replace(_judged(problem, part, state, edges, band, relative, errors), told=told)
+    return replace(_judged(problem, part, state, band, relative, errors), told=told)
 
 
 def _check(part: FRF, band: tuple[float, float], modes: int | None) -> None:
@@ -255,7 +255,6 @@ def _judged(
     problem: Problem,
     part: FRF,
     state: State,
-    edges: tuple[float, float],
     band: tuple[float, float],
     relative: bool,
     errors: Array | None,
@@ -263,7 +262,7 @@ def _judged(
     """What the fit is worth: covariance, noise, misfit, and which modes the data hardly determine."""
     covariance, spread = covariance_of(problem, state)
     deviation = np.sqrt(np.maximum(np.diag(covariance), 0))
-    own = inside(state, edges)
+    own = inside(state, problem.edges)
     model = np.einsum(
         "im,jm,mn->nij", state.Phi, state.Phi, compliance(problem.omega, state.omega, state.zeta), optimize=True
     )

@@ -55,7 +55,7 @@ def scale_of_data(problem: Problem) -> float:
     return float(np.median(problem.weight * size_of(problem.H, problem.rows, problem.columns)))
 
 
-def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: float, most: int) -> State:
+def completed(problem: Problem, state: State, zeta: float, most: int) -> State:
     """Refine and add what is missing, by turns, until noise could do as much.
 
     A mode of the band comes alone; what lies above it, the first time that one pseudo-mode a seat will not do, anew and
@@ -63,10 +63,10 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
 
     Parameters
     ----------
-    edges : (lowest, highest) [rad/s] of the band
     zeta : damping ratio that a new mode starts with
     most : modes to add
     """
+    edges = problem.edges
     tried = candidates(*edges, zeta)
     within = (tried >= edges[0]) & (tried <= edges[1])
     thin, variance = problem.thinned(), variance_of(problem, state)
@@ -89,7 +89,7 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
             found, more = gain[best] > least[best] and (thorough or within[best]), None
             if found and not within[best] and not whole:
                 whole = True
-                more = _with_other_remainder(thin, state, left, edges, zeta, variance)
+                more = _with_other_remainder(thin, state, left, zeta, variance)
             if found and more is None:
                 added += 1
                 more = _added(thin, state, left, new.only(np.array([best])), float(least[best]))
@@ -102,11 +102,9 @@ def completed(problem: Problem, state: State, edges: tuple[float, float], zeta: 
         thorough = True
 
 
-def _with_other_remainder(
-    problem: Problem, state: State, left: float, edges: tuple[float, float], zeta: float, variance: float
-) -> State | None:
+def _with_other_remainder(problem: Problem, state: State, left: float, zeta: float, variance: float) -> State | None:
     """The modes of the band and pseudo-modes that were found at once, if they lower the cost."""
-    other = arranged(problem, state.only(inside(state, edges)), zeta, variance)
+    other = arranged(problem, state.only(inside(state, problem.edges)), zeta, variance)
     if other is None:
         return None
     more, then = refine(problem, other, small=ENOUGH * variance, iterations=80)
@@ -174,7 +172,7 @@ def pruned(problem: Problem, state: State, suspects: NDArray[np.intp]) -> State:
     return refine(problem, state.only(rest), small=0.3 * variance, iterations=20)[0]
 
 
-def counted(problem: Problem, state: State, edges: tuple[float, float], zeta: float, modes: int) -> State:
+def counted(problem: Problem, state: State, zeta: float, modes: int) -> State:
     """With a given number of modes inside the band, when the data show fewer: the best candidates come.
 
     Raises
@@ -182,6 +180,7 @@ def counted(problem: Problem, state: State, edges: tuple[float, float], zeta: fl
     ValueError
         When the data show more, or no candidate is left.
     """
+    edges = problem.edges
     tried = candidates(*edges, zeta)
     tried = tried[(tried >= edges[0]) & (tried <= edges[1])]
     for _ in range(modes):

@@ -10,7 +10,7 @@ it stays passive) it is left with three a seat.
 import numpy as np
 from scipy import linalg
 
-from rbfound.additions import bordered
+from rbfound.additions import bordered, symmetric
 from rbfound.leastsquares import Array, Problem, State, moved, scale_of
 
 # Where residues stand, in multiples of the band's upper edge. At each place there are two, damped by these multiples:
@@ -53,7 +53,7 @@ def arranged(problem: Problem, own: State, zeta: float, variance: float) -> Stat
         return None
     A, b = bordered(problem, own, places, damping)
     x = _best(problem, A, b, len(places), 10 * variance)
-    step, R = x[: -len(places) * entries], _matrices(problem, x[-len(places) * entries :].reshape(-1, entries))
+    step, R = x[: -len(places) * entries], symmetric(problem, x[-len(places) * entries :].reshape(-1, entries))
     values, vectors = np.linalg.eigh(R)
     Phi = (vectors * np.sqrt(np.maximum(values, 0))[:, None, :]).transpose(1, 0, 2).reshape(seats, -1)
     many = State(Phi, np.repeat(places, seats), np.repeat(damping, seats))
@@ -79,12 +79,12 @@ def _best(problem: Problem, A: Array, b: Array, count: int, gap: float) -> Array
     barrier = FIRST * float(np.abs(b).max())
 
     def worth(x: Array) -> float:
-        values = np.linalg.eigvalsh(_matrices(problem, x[p:].reshape(count, entries)))
+        values = np.linalg.eigvalsh(symmetric(problem, x[p:].reshape(count, entries)))
         return float(x @ A @ x - 2 * b @ x - barrier * np.log(values).sum()) if values.min() > 0 else np.inf
 
     while True:
         for _ in range(STEPS):
-            S = np.asarray(np.linalg.inv(_matrices(problem, x[p:].reshape(count, entries))), dtype=float)
+            S = np.asarray(np.linalg.inv(symmetric(problem, x[p:].reshape(count, entries))), dtype=float)
             slope, bend = 2 * (A @ x - b), 2 * A
             slope[p:] -= barrier * (twice * S[:, problem.rows, problem.columns]).ravel()
             for k, both in enumerate(_barrier_bend(problem, S, twice)):
@@ -114,13 +114,6 @@ def _barrier_bend(problem: Problem, S: Array, twice: Array) -> Array:
     i, j = problem.rows, problem.columns
     straight = S[:, i[:, None], i] * S[:, j[:, None], j] + S[:, i[:, None], j] * S[:, j[:, None], i]
     return np.asarray(straight * twice[:, None] * twice / 2)
-
-
-def _matrices(problem: Problem, entries: Array) -> Array:
-    seats = int(problem.rows.max()) + 1
-    R = np.zeros((len(entries), seats, seats))
-    R[:, problem.rows, problem.columns] = R[:, problem.columns, problem.rows] = entries
-    return R
 
 
 def _few(many: State, at: Array) -> State:

@@ -8,10 +8,10 @@ from scipy import optimize
 from test_modalfit import BAND, LINES, noisy
 
 import rbfound as rb
-from rbfound.additions import bordered
+from rbfound.additions import bordered, symmetric
 from rbfound.leastsquares import State, cost, problem_of, refine
 from rbfound.polyreference import lines_in
-from rbfound.remainder import EXACT, MOST, _best, _few, _matrices, arranged
+from rbfound.remainder import EXACT, MOST, _best, _few, arranged
 
 TRUTH = rb.load_foundation(Path(__file__).parent.parent / "data" / "foundation" / "truth.npz")
 
@@ -36,10 +36,10 @@ def test_no_residues_are_better_says_the_gap_to_the_dual():
     A, b = bordered(problem, own, places, np.full(6, 0.02))
     gap = 1e-3
     x = _best(problem, A, b, 6, gap)
-    R = _matrices(problem, x[-60:].reshape(6, -1))
+    R = symmetric(problem, x[-60:].reshape(6, -1))
     slope = 2 * (A @ x - b)
     half = np.where(problem.rows == problem.columns, 1.0, 0.5)
-    S = _matrices(problem, slope[-60:].reshape(6, -1) * half)
+    S = symmetric(problem, slope[-60:].reshape(6, -1) * half)
     assert (np.linalg.eigvalsh(R) > 0).all()
     assert (np.linalg.eigvalsh(S) > 0).all()
     assert np.einsum("kij,kij->", S, R) < 3 * gap
