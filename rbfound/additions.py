@@ -68,7 +68,9 @@ def candidates(low: float, high: float, zeta: float) -> Array:
     return np.concatenate([low * np.array(BELOW), np.geomspace(low, high, count), high * np.array(ABOVE)])
 
 
-def missing_mode(problem: Problem, state: State, own: Array, zeta: float) -> tuple[State, Array]:
+def missing_mode(
+    problem: Problem, state: State, own: Array, zeta: float, least: float | Array = 0.0
+) -> tuple[State, Array]:
     """The mode that would lower the cost most at each of several frequencies, all other modes being free to follow.
 
     Parameters
@@ -76,6 +78,8 @@ def missing_mode(problem: Problem, state: State, own: Array, zeta: float) -> tup
     own : (c,) [rad/s]
         Where it is tried.
     zeta : damping ratio that it is tried with
+    least : number or (c,)
+        What is of interest: a mode that would lower the cost by less may come out as one that does nothing.
 
     Returns
     -------
@@ -91,7 +95,7 @@ def missing_mode(problem: Problem, state: State, own: Array, zeta: float) -> tup
     Y = Y.T.reshape(count, entries, -1)
     match = match - Y @ linalg.solve_triangular(factor, b / scale, lower=True)
     Q = size[:, :, None] * np.eye(entries) - Y @ Y.transpose(0, 2, 1)
-    phi, gain = _rank_one(problem, Q, match, size)
+    phi, gain = _rank_one(problem, Q, match, size, least)
     return State(phi.T.copy(), own, np.full(count, zeta)), gain
 
 
@@ -136,28 +140,32 @@ def symmetric(problem: Problem, entries: Array) -> Array:
     return R
 
 
-def _rank_one(problem: Problem, Q: Array, match: Array, size: Array) -> tuple[Array, Array]:
+def _rank_one(problem: Problem, Q: Array, match: Array, size: Array, least: float | Array) -> tuple[Array, Array]:
     """Of each candidate the shape phi whose phi phi' lowers the cost most, (c, seats), and by how much, 0 if none does.
 
     Q (c, entries, entries), match and size (c, entries). The cost is no convex function of phi: from two starts, the
     residue that would be best if any were allowed and the one that points along the gradient, phi is replaced by the
-    best psi in the symmetric part of phi psi', over and over.
+    best psi in the symmetric part of phi psi', over and over. No phi phi' does better than that first residue: where it
+    does less than what is of interest, the rest is spared.
     """
-    seats = int(problem.rows.max()) + 1
     unit = 1 / np.sqrt(np.maximum(size, np.finfo(float).tiny))
     scaled = Q * unit[:, :, None] * unit[:, None, :] + 1e-6 * np.eye(Q.shape[1])
     free = unit * np.linalg.solve(scaled, (unit * match)[:, :, None])[:, :, 0]
+    phi, gain = np.zeros((len(Q), int(problem.rows.max()) + 1)), np.zeros(len(Q))
+    of_interest = (match * free).sum(axis=1) > least
+    Q, match, size, free, unit = (x[of_interest] for x in (Q, match, size, free, unit))
     # seats are brought to one size, else the one that moves most is all that the eigenvector sees
     level = size[:, problem.rows == problem.columns] ** 0.25
-    phi, gain = np.zeros((len(Q), seats)), np.zeros(len(Q))
+    shape, best = np.zeros((len(Q), phi.shape[1])), np.zeros(len(Q))
     for start in (free, unit**2 * match):
         residue = symmetric(problem, start)
         trial = np.linalg.eigh(residue * level[:, :, None] * level[:, None, :])[1][:, :, -1]
         for _ in range(ALTERNATIONS):
             better, worth = _scaled(problem, Q, match, trial / level)
-            improved = worth > gain
-            phi[improved], gain[improved] = better[improved], worth[improved]
+            improved = worth > best
+            shape[improved], best[improved] = better[improved], worth[improved]
             trial = _other(problem, Q, match, trial, level)
+    phi[of_interest], gain[of_interest] = shape, best
     return phi, gain
 
 

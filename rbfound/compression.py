@@ -8,6 +8,7 @@ that no smooth model can reach.
 """
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -33,10 +34,11 @@ def compressed(problem: Problem, poles: Complex, relative: bool, finest: float) 
         Weighted errors that don't matter.
     """
     omega, H, weight = problem.omega, problem.H, problem.weight
-    parts = _stretches(omega, poles)[::-1]
+    # a pseudo-mode may come as near to the band as it likes
+    near = np.concatenate([poles, 1j * np.array(problem.edges)])
+    parts = _stretches(omega, near)[::-1]
     level = max(_noise(problem), finest, problem.least) ** 2
-    # the nodes of evenly spaced lines depend on their number only
-    even, known = np.ptp(np.diff(omega)) < 1e-6 * np.diff(omega).min(), {}
+    even = np.ptp(np.diff(omega)) < 1e-6 * np.diff(omega).min()
     nodes, values, weights, shares = [], [], [], []
     while parts:
         part = parts.pop()
@@ -47,9 +49,9 @@ def compressed(problem: Problem, poles: Complex, relative: bool, finest: float) 
             weights.append(weight[:, part])
             shares.append(np.ones(lines))
             continue
-        if not (even and lines in known):
-            known[lines] = gauss(omega[part] - omega[part][0])
-        at, share, rows = known[lines]
+        at, share, rows = gauss_even(lines) if even else gauss(omega[part])
+        if even:
+            at = omega[part][0] + at * (omega[1] - omega[0])
         along = H[:, part] @ rows.T
         beside = np.abs(weight[:, part] * (H[:, part] - along @ rows)) ** 2
         freedom = (lines - NODES) * len(H)
@@ -57,7 +59,7 @@ def compressed(problem: Problem, poles: Complex, relative: bool, finest: float) 
             middle = (part.start + part.stop) // 2
             parts += [slice(middle, part.stop), slice(part.start, middle)]
             continue
-        nodes.append(omega[part][0] + at)
+        nodes.append(at)
         values.append(along / np.sqrt(share))
         variance = np.mean(weight[:, part] ** -2.0, axis=1, keepdims=True)
         weights.append(np.repeat(1 / np.sqrt(variance), NODES, axis=1))
@@ -71,6 +73,12 @@ def compressed(problem: Problem, poles: Complex, relative: bool, finest: float) 
         heavy = np.where(problem.rows != problem.columns, problem.averaging, 1.0)[:, None]
         heavy = heavy / size_of(few, problem.rows, problem.columns)
     return replace(problem, nodes=replace(problem, omega=at, H=few, weight=heavy * np.sqrt(share)))
+
+
+@lru_cache(maxsize=1024)
+def gauss_even(lines: int) -> tuple[Array, Array, Array]:
+    """The quadrature over 0, 1, ..., lines - 1: that of any evenly spaced lines, but for place and spacing."""
+    return gauss(np.arange(lines, dtype=float))
 
 
 def gauss(x: Array) -> tuple[Array, Array, Array]:

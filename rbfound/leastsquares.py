@@ -218,7 +218,14 @@ def chain(state: State, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Ar
 
 
 def refine(
-    problem: Problem, state: State, *, small: float, rough: float = 0.0, damping: float = CAREFUL, iterations: int = 60
+    problem: Problem,
+    state: State,
+    *,
+    small: float,
+    rough: float = 0.0,
+    damping: float = CAREFUL,
+    iterations: int = 60,
+    held: NDArray[np.bool_] | None = None,
 ) -> tuple[State, float]:
     """Levenberg-Marquardt, scaled by the diagonal of J'J: the modes and what is left of the cost.
 
@@ -232,23 +239,31 @@ def refine(
         A step that lowers the cost by less, or by less than this part of it, ends the search.
     damping : float
         What is added to the scaled J'J in the first step.
+    held : (m,) bool
+        Modes of which the shape alone moves. Of many pseudo-modes that is enough to make up any sum, and without their
+        frequencies there is hardly a valley.
     """
     factor = 2.0
     error, thin = residuals(problem, state), problem.thinned()
     now = float(np.vdot(error, error).real)
+    own = np.ones(len(state.omega), dtype=bool) if held is None else ~held
+    free = np.flatnonzero(np.concatenate([np.ones(state.Phi.size, dtype=bool), own, own]))
     # without a mode there is nothing to move
     for _ in range(iterations if len(state.omega) else 0):
-        N, b = curvature(problem, state), gradient(problem, state, error)
+        N, b = curvature(problem, state)[np.ix_(free, free)], gradient(problem, state, error)[free]
         scale = scale_of(N)
         N /= scale[:, None] * scale
+        whole = np.zeros(state.Phi.size + 2 * len(own))
         here = receptances(thin, state)
         while True:
             lower = _factor(N + damping * np.eye(len(N)))
             step = linalg.lapack.dpotrs(lower, b / scale, lower=1)[0]
-            bend = gradient(thin, state, _bend(thin, state, here, step / scale))
+            whole[free] = step / scale
+            bend = gradient(thin, state, _bend(thin, state, here, whole))[free]
             turn = linalg.lapack.dpotrs(lower, bend / scale, lower=1)[0] / 2
             straight = np.linalg.norm(turn) > STRAIGHT * np.linalg.norm(step)
-            trial = moved(problem, state, (step if straight else step + turn) / scale)
+            whole[free] = (step if straight else step + turn) / scale
+            trial = moved(problem, state, whole)
             left = residuals(problem, trial)
             then = float(np.vdot(left, left).real)
             if then <= now:

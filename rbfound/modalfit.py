@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rbfound.additions import first_modes
 from rbfound.compression import compressed
 from rbfound.confidence import covariance_of
 from rbfound.foundation import Foundation, modal_foundation
@@ -36,6 +35,7 @@ from rbfound.modesearch import (
     pruned,
     reweighted,
     scale_of_data,
+    started,
     variance_of,
 )
 from rbfound.noise import own_errors
@@ -178,7 +178,7 @@ def fit_modes(
     edges = problem.edges
     zeta = float(np.clip(np.median(-poles.real / np.abs(poles)), 2e-3, 0.05)) if len(poles) else 0.02
     problem = compressed(problem, poles, relative, FINEST * scale_of_data(problem))
-    state = completed(problem, first_modes(problem.thinned(), poles), zeta, MOST)
+    state = completed(problem, started(problem, poles, zeta, MOST), zeta, MOST)
     _check_any(len(state.omega), band)
     suspects = inside(state, edges) & doubtful(problem, state, *_deviation(problem, state))
     state = pruned(problem, state, np.flatnonzero(suspects))
@@ -190,7 +190,7 @@ def fit_modes(
     # nearly all of the way on the nodes, the rest on all lines
     small = ENOUGH * variance_of(problem, state)
     for lines in (problem.thinned(), problem):
-        state, _ = refine(lines, state, small=small, damping=SURE, iterations=40)
+        state, _ = refine(lines, state, small=small, damping=SURE, iterations=40, held=~inside(state, edges))
     state = state.only(np.argsort(state.omega))
     _check_any(int(inside(state, edges).sum()), band)
     return replace(_judged(problem, part, state, band, relative, errors), told=told)

@@ -5,22 +5,24 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rbfound.additions import candidates, missing_mode
+from rbfound.additions import candidates, first_modes, missing_mode
 from rbfound.leastsquares import (
     CAREFUL,
     HEAVY,
     LIGHT,
     SURE,
     Array,
+    Complex,
     Problem,
     State,
     compliance,
+    cost,
     noise_of,
     receptances,
     refine,
     size_of,
 )
-from rbfound.remainder import arranged
+from rbfound.remainder import SCARCE, SPARE, arranged
 from rbfound.units import hertz
 
 # A new mode has seats + 2 parameters and about a hundred places to be tried at: by chance the cost falls, in units of
@@ -38,8 +40,15 @@ ROUGH = 0.0003
 # A good fit ends at a step that lowers the cost by less than this part of the noise's variance.
 ENOUGH = 0.1
 
+# A rough fit that leaves less than this many times what noise does lacks nothing that a good one would not show sooner.
+GOOD = 1.1
+
 # Data are taken for no better than this part of |H|: below it, the search for what is missing ends.
 FINEST = 2e-4
+
+# Modes at the poles leave more than this part of the data, and a single one more takes more than that part of the rest
+# away, only where a pole is missing. If none is, the rest is the remainder's, and no mode of the band helps with it.
+UNEXPLAINED, PLAIN = 0.25, 0.02
 
 # A mode that is damped more is no mode of the band, but a part of the remainder.
 REMAINDER = 0.3
@@ -55,11 +64,41 @@ def scale_of_data(problem: Problem) -> float:
     return float(np.median(problem.weight * size_of(problem.H, problem.rows, problem.columns)))
 
 
+def started(problem: Problem, poles: Complex, zeta: float, most: int) -> State:
+    """Modes at the poles, and at those that are plainly missing among them; one pseudo-mode a seat above the band.
+
+    A mode that comes before the others are refined spares the way on which they do its work.
+
+    Parameters
+    ----------
+    zeta : damping ratio that a missing mode starts with
+    most : modes to add
+    """
+    thin = problem.thinned()
+    tried = within(candidates(*problem.edges, zeta), problem.edges)
+    data = float(np.sum(np.abs(thin.weight * thin.H) ** 2))
+    for _ in range(most):
+        state = first_modes(thin, poles)
+        left = cost(thin, state)
+        if left < UNEXPLAINED * data:
+            return state
+        gain = missing_mode(thin, state, tried, zeta, PLAIN * left)[1]
+        if gain.max() < PLAIN * left:
+            return state
+        poles = np.append(poles, tried[gain.argmax()] * (-zeta + 1j * np.sqrt(1 - zeta**2)))
+    return first_modes(thin, poles)
+
+
+def within(omega: Array, edges: tuple[float, float]) -> Array:
+    """Those frequencies that lie in the band."""
+    return omega[(omega >= edges[0]) & (omega <= edges[1])]
+
+
 def completed(problem: Problem, state: State, zeta: float, most: int) -> State:
     """Refine and add what is missing, by turns, until noise could do as much.
 
-    A mode of the band comes alone; what lies above it, the first time that one pseudo-mode a seat will not do, anew and
-    as a whole.
+    A mode of the band comes alone. What lies above it is found as a whole. Where noise would hide it, pseudo-modes are
+    none too many; else there is first one a seat, in case that these are the very modes.
 
     Parameters
     ----------
@@ -68,9 +107,12 @@ def completed(problem: Problem, state: State, zeta: float, most: int) -> State:
     """
     edges = problem.edges
     tried = candidates(*edges, zeta)
-    within = (tried >= edges[0]) & (tried <= edges[1])
+    own = (tried >= edges[0]) & (tried <= edges[1])
     thin, variance = problem.thinned(), variance_of(problem, state)
     added, whole, thorough = 0, False, False
+    noisy = noise_of(problem, state) > FINEST * scale_of_data(problem)
+    other = arranged(thin, state.only(inside(state, edges)), zeta, variance, SPARE if noisy else SCARCE)
+    state, whole = other or state, noisy and other is not None
     while True:
         # a rough fit tells where a mode of the band is missing; a good one, that none is, and whether those outside do
         small, rough, damping = (ENOUGH * variance, 0.0, SURE) if thorough else (variance, ROUGH, CAREFUL)
@@ -82,12 +124,15 @@ def completed(problem: Problem, state: State, zeta: float, most: int) -> State:
             if idle.all():
                 return state
             continue
+        if not thorough and left < GOOD * variance * thin.H.size:
+            thorough = True
+            continue
         if added < most and left > FINEST**2 * problem.H.size:
-            new, gain = missing_mode(thin, state, tried, zeta)
-            least = variance * np.where(tried > edges[1], WORTH_ABOVE, WORTH)
+            least = variance * np.where((tried > edges[1]) & (not whole), WORTH_ABOVE, WORTH)
+            new, gain = missing_mode(thin, state, tried, zeta, least)
             best = int(np.where(gain > least, gain, 0.0).argmax())
-            found, more = gain[best] > least[best] and (thorough or within[best]), None
-            if found and not within[best] and not whole:
+            found, more = gain[best] > least[best] and (thorough or own[best]), None
+            if found and not own[best] and not whole:
                 whole = True
                 more = _with_other_remainder(thin, state, left, zeta, variance)
             if found and more is None:
@@ -181,8 +226,7 @@ def counted(problem: Problem, state: State, zeta: float, modes: int) -> State:
         When the data show more, or no candidate is left.
     """
     edges = problem.edges
-    tried = candidates(*edges, zeta)
-    tried = tried[(tried >= edges[0]) & (tried <= edges[1])]
+    tried = within(candidates(*edges, zeta), edges)
     for _ in range(modes):
         own = np.flatnonzero(inside(state, edges))
         if len(own) >= modes:

@@ -32,9 +32,12 @@ def beside_neighbours(frequency: Array, H: Complex, reach: int = 2) -> Array:
     # Lagrange's weights at the line itself
     apart = x[:, :, None] - x[:, None, :] + np.eye(2 * reach)
     weight = np.prod(np.where(np.eye(2 * reach, dtype=bool), 1.0, -x[:, None, :] / apart), axis=2)
-    rest = H[reach : n - reach] - np.einsum("nk,nk...->n...", weight, H[place])
-    square = np.abs(rest) ** 2
-    return np.asarray(square / (1 + np.sum(weight**2, axis=1)).reshape(-1, *[1] * (H.ndim - 1)))
+    each = (-1, *[1] * (H.ndim - 1))
+    rest = H[reach : n - reach].copy()
+    for k, step in enumerate(around):
+        rest -= weight[:, k].reshape(each) * H[reach + step : n - reach + step]
+    square = rest.real**2 + rest.imag**2
+    return np.asarray(square / (1 + np.sum(weight**2, axis=1)).reshape(each))
 
 
 def own_errors(frequency: Array, H: Complex) -> Array | None:
@@ -58,7 +61,12 @@ def own_errors(frequency: Array, H: Complex) -> Array | None:
 
     def told(values: Array) -> Array:
         """Variances from squares: one for each place and FRF."""
-        return np.array([np.median(values[part], axis=0) for part in parts]) / np.log(2)
+        # the first places have a line more: two stacks of equal height
+        more, height = len(values) % count, len(values) // count
+        tall, low = np.split(values, [more * (height + 1)])
+        tall = tall.reshape(-1, height + 1, *values.shape[1:])
+        low = low.reshape(-1, height, *values.shape[1:])
+        return np.concatenate([np.median(tall, axis=1), np.median(low, axis=1)]) / np.log(2)
 
     level, noisy = told(square / size), told(square) > CURVED * told(straight)
     if noisy.mean() < 0.5 or np.median(level[noisy]) < CLEAN**2:

@@ -218,20 +218,21 @@ def _factor(M: Array) -> tuple[Array, bool]:
 
 
 def _poles(D: Array, low: float, high: float) -> tuple[Complex, Complex]:
-    """Poles in the band [Hz] and their participation vectors u, for which u D(z) = 0, from the companion matrix."""
+    """Poles in the band [Hz], from the companion matrix, and their participation vectors u, for which u D(z) = 0."""
     order, inputs = len(D) - 1, D.shape[1]
     companion = np.zeros((order * inputs, order * inputs))
     companion[:-inputs, inputs:] = np.eye((order - 1) * inputs)
     companion[-inputs:] = -np.concatenate(D[:-1].transpose(0, 2, 1), axis=1)
-    values, vectors = linalg.eig(companion)
+    values = linalg.eigvals(companion, overwrite_a=True)
     values = np.where(values == 0, np.finfo(float).tiny, values)
     step = np.pi / radians(high - low)
     poles = np.log(values) / step + 1j * radians(low)
     size = np.abs(poles)
     keep = (values.imag > 0) & (poles.real < 0) & (-poles.real < HEAVY * size)
     order_of = np.flatnonzero(keep)[np.argsort(size[keep])]
-    V = vectors[:inputs, order_of].T
-    return poles[order_of], V / np.linalg.norm(V, axis=1, keepdims=True)
+    # the companion matrix has these vectors, too, but all of them, and that takes as long as the poles
+    at = np.tensordot(values[order_of, None] ** np.arange(order + 1), D, 1)
+    return poles[order_of], np.linalg.svd(at)[0][:, :, -1].conj()
 
 
 def _likeness(P: Complex, Q: Complex) -> Array:

@@ -4,7 +4,7 @@ A search that moves single modes ends in one of many valleys. Positive semidefin
 frequencies, beside steps of the modes of the band to first order, have no valleys: an interior-point method (Boyd and
 Vandenberghe 2004, Convex Optimization, section 11.6, doi:10.1017/CBO9780511804441) finds what is best. It is more modes
 than the data need; projected on what it answers at a few frequencies of the band (Krylov vectors: a congruence, so that
-it stays passive) it is left with three a seat.
+it stays passive) it is left with three a seat at the most, and with fewer where noise hides what some of them do.
 """
 
 import numpy as np
@@ -20,8 +20,9 @@ ABOVE, DAMPED = (1.015, 1.05, 1.12, 1.22, 1.4, 1.8, 3.0, 20.0), (0.5, 2.0)
 # More unknowns than these cost more than they save.
 MOST = 600
 
-# Parts of the upper edge at which the few modes answer as the many do.
-EXACT = (0.3, 0.8, 1.0)
+# Parts of the upper edge at which the few modes answer as the many do: a good sum with modes to spare, and one mode a
+# seat, which may be the very modes that are there.
+SPARE, SCARCE = (0.3, 0.8, 1.0), (0.9,)
 
 # The barrier: its first size, as a part of the largest slope; how it falls; steps at each size at the most.
 FIRST, FALL, STEPS = 0.3, 8.0, 4
@@ -30,7 +31,9 @@ FIRST, FALL, STEPS = 0.3, 8.0, 4
 SHORT = 1e-6
 
 
-def arranged(problem: Problem, own: State, zeta: float, variance: float) -> State | None:
+def arranged(
+    problem: Problem, own: State, zeta: float, variance: float, exact: tuple[float, ...] = SPARE
+) -> State | None:
     """The modes of the band, and a few pseudo-modes above it.
 
     Parameters
@@ -40,6 +43,8 @@ def arranged(problem: Problem, own: State, zeta: float, variance: float) -> Stat
     zeta : their damping ratio, more or less
     variance : float
         Of a weighted error: the cost comes within ten times this of the best.
+    exact : SPARE or SCARCE
+        How many pseudo-modes.
 
     Returns
     -------
@@ -57,7 +62,10 @@ def arranged(problem: Problem, own: State, zeta: float, variance: float) -> Stat
     values, vectors = np.linalg.eigh(R)
     Phi = (vectors * np.sqrt(np.maximum(values, 0))[:, None, :]).transpose(1, 0, 2).reshape(seats, -1)
     many = State(Phi, np.repeat(places, seats), np.repeat(damping, seats))
-    return moved(problem, own, step).joined(_few(many, high * np.array(EXACT)))
+    # a direction that adds d to the weighted receptances of a driving point adds no more than d^2 to the cost, a line
+    unit = np.sqrt(np.median(problem.weight[problem.rows == problem.columns], axis=1))
+    few = _few(many, high * np.array(exact), unit, (variance / problem.H.size) ** 0.25)
+    return moved(problem, own, step).joined(few)
 
 
 def _best(problem: Problem, A: Array, b: Array, count: int, gap: float) -> Array:
@@ -116,11 +124,16 @@ def _barrier_bend(problem: Problem, S: Array, twice: Array) -> Array:
     return np.asarray(straight * twice[:, None] * twice / 2)
 
 
-def _few(many: State, at: Array) -> State:
-    """As many modes a seat as frequencies, where they answer as the many do: undamped, value and slope."""
+def _few(many: State, at: Array, unit: Array, least: float) -> State:
+    """At most as many modes a seat as frequencies, where they answer as the many do: undamped, value and slope.
+
+    Without directions in which the seats, each multiplied by its `unit`, answer by less than the root of what is least.
+    """
     # in coordinates of which the stiffness is one
     B = many.Phi / many.omega
-    V = linalg.qr(np.hstack([(B / (1 - (omega / many.omega) ** 2)).T for omega in at]), mode="economic")[0]
+    answers = np.hstack([(B * unit[:, None] / (1 - (omega / many.omega) ** 2)).T for omega in at])
+    V, size, _ = linalg.svd(answers, full_matrices=False)
+    V = V[:, size > least]
     softness, turn = np.linalg.eigh(V.T @ (V / many.omega[:, None] ** 2))
     T, omega = V @ turn, 1 / np.sqrt(softness)
     return State(B @ T * omega, omega, (T**2 * (many.zeta / many.omega)[:, None]).sum(axis=0) * omega)

@@ -75,6 +75,19 @@ def test_a_mode_that_no_pole_announces_is_not_smoothed_away():
     assert near.sum() >= 8
 
 
+@pytest.mark.parametrize("place", [20 / 1.001, 20 / 1.05, 1000 * 1.0002, 1000 * 1.002, 1000 * 1.02])
+def test_a_pseudo_mode_beside_the_band_cannot_hide_between_the_nodes(place):
+    # the search may bring one as near as it likes, where the data's own poles ask for no dense lines
+    whole, truth = problem(0.01)
+    omega = np.sqrt(np.diag(truth.K))
+    state = State(truth.B, omega, np.diag(truth.C) / (2 * omega))
+    shape = np.full((4, 1), 0.01)
+    more = state.joined(State(shape, np.array([rb.radians(place)]), np.array([0.01])))
+    over_lines, over_nodes = (cost(p, more) - cost(p, state) for p in (whole, whole.nodes))
+    assert over_lines > 1
+    assert over_nodes == pytest.approx(over_lines, rel=0.02)
+
+
 def test_few_lines_stay_as_they_are():
     truth = known([100.0, 250.0])
     frf = truth.frf(np.arange(25.0, 501.0, 25.0))
