@@ -110,7 +110,8 @@ def completed(problem: Problem, state: State, zeta: float, most: int) -> State:
     own = (tried >= edges[0]) & (tried <= edges[1])
     thin, variance = problem.thinned(), variance_of(problem, state)
     added, whole, thorough = 0, False, False
-    noisy = noise_of(problem, state) > FINEST * scale_of_data(problem)
+    # few lines neither tell noise from resonances nor determine modes to spare
+    noisy = problem.nodes is not None and noise_of(problem, state) > FINEST * scale_of_data(problem)
     other = arranged(thin, state.only(inside(state, edges)), zeta, variance, SPARE if noisy else SCARCE)
     state, whole = other or state, noisy and other is not None
     while True:
