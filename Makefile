@@ -93,7 +93,8 @@ fuzz: $(VENV)/dev.stamp ## damage files of each format 10 000 times: nothing but
 	if $(BIN)/pip install --quiet --quiet "atheris>=3.0"; then $(BIN)/python tests/fuzz_atheris.py $${RBFOUND_FUZZ:-8000}; \
 	  else echo "atheris is not to be had here: fuzzing by coverage is left out."; fi
 
-html: $(VENV)/book.stamp # every notebook is run again, as the package may have changed; a warning is an error
+# Every page is read again; a notebook is run when it, the package, the data or the environment has changed (book/_ext/kept_runs.py).
+html: $(VENV)/book.stamp # a warning is an error
 	$(BIN)/jupyter-book build . --all -W --keep-going
 
 $(abspath _build/offline)/offline.stamp: $(VENV)/book.stamp tools/offline.py
