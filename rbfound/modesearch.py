@@ -28,7 +28,7 @@ from rbfound.units import hertz
 # A new mode has seats + 2 parameters and about a hundred places to be tried at: by chance the cost falls, in units of
 # the noise's variance, by 20 in less than one fit of a thousand. A pseudo-mode too many above the band does no harm,
 # but what one too few leaves undone makes the others wrong by more than their error bars: 5 falls by chance in one fit
-# of five. One too many below it would be a slow critical speed that is not there.
+# of five. What was found as a whole lacks none. One too many below would be a slow critical speed that is not there.
 WORTH, WORTH_ABOVE = 20.0, 5.0
 
 # A pseudo-mode that does less, in units of the noise's variance, stands for nothing.
