@@ -96,7 +96,7 @@ def test_a_mesh_with_more_pairs_of_nodes_than_32_bits_count_is_summed_whole() ->
     # scikit-fem numbers nodes in 32 bits: 60 020 squared is 3.6e9
     far = np.arange(60_000, 60_020, dtype=np.int32)
     basis: Any = SimpleNamespace(mesh=SimpleNamespace(doflocs=np.zeros((3, 60_020))), element_dofs=far[:, None])
-    summed = _summed(basis, ({k: np.ones((1, 20, 20))} for k in range(3)))
+    summed = _summed(basis, [[k] for k in range(3)], lambda i, j: np.ones((1, 20, 20)))
     rows, columns = summed.nonzero()
     assert summed.nnz == 3 * 20 * 20
     assert set(rows % 60_020) == set(columns % 60_020) == set(far)
