@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from skfem import Basis, BilinearForm, ElementHexS2, FacetBasis, LinearForm
+from skfem.quadrature import get_quadrature
 
 from rbfound.mesh import SerendipityMesh
 
@@ -22,9 +23,7 @@ REDUCED, FULL = 3, 5
 
 def stiffness(mesh: SerendipityMesh, first: Array, second: Array, order: int = REDUCED) -> sparse.csc_array:
     """K [N/m] from lambda and mu [Pa] of every element."""
-    basis = Basis(mesh, ElementHexS2(), intorder=order)
-    slopes = np.array([function[0].grad for function in basis.basis]).swapaxes(0, 1)
-    weighted = slopes * basis.dx
+    slopes, weighted = _slopes(mesh, order)
     lame, mu = first[:, None, None], second[:, None, None]
 
     def product(i: int, j: int) -> Array:
@@ -38,18 +37,30 @@ def stiffness(mesh: SerendipityMesh, first: Array, second: Array, order: int = R
         one = product(i, j)
         return lame * one + mu * (one.swapaxes(1, 2) + (i == j) * both)
 
-    return _summed(basis, [range(3)] * 3, block)
+    return _summed(mesh, [range(3)] * 3, block)
 
 
 def mass(mesh: SerendipityMesh, rho: Array) -> sparse.csc_array:
     """M [kg] from the density [kg/m^3] of every element."""
-    basis = Basis(mesh, ElementHexS2(), intorder=FULL)
-    heights = np.array([np.asarray(function[0])[0] for function in basis.basis])
-    one = np.einsum("aq,bq,eq->eab", heights, heights, rho[:, None] * basis.dx, optimize=True)
-    return _summed(basis, [[i] for i in range(3)], lambda i, j: one)
+    element = ElementHexS2()
+    # no Basis: the slopes in it, which nobody needs here, would be the largest thing there is until then
+    points, weights = get_quadrature(element.refdom, FULL)
+    heights = np.array([element.lbasis(points, a)[0] for a in range(len(element.doflocs))])
+    dx = np.abs(mesh.mapping().detDF(points)) * weights
+    one = np.einsum("aq,bq,eq->eab", heights, heights, rho[:, None] * dx, optimize=True)
+    return _summed(mesh, [[i] for i in range(3)], lambda i, j: one)
 
 
-def _summed(basis: Basis, pattern: Sequence[Sequence[int]], block: Callable[[int, int], Array]) -> sparse.csc_array:
+def _slopes(mesh: SerendipityMesh, order: int) -> tuple[Array, Array]:
+    """d N_a / d x_i at the points of each element, (3, a, elements, points), plain and times the volume of a point."""
+    basis = Basis(mesh, ElementHexS2(), intorder=order)
+    slopes = np.array([function[0].grad for function in basis.basis]).swapaxes(0, 1)
+    return slopes, slopes * basis.dx
+
+
+def _summed(
+    mesh: SerendipityMesh, pattern: Sequence[Sequence[int]], block: Callable[[int, int], Array]
+) -> sparse.csc_array:
     """The sums over all elements of a symmetric matrix of 3 x 3 blocks, which share one pattern of nodes.
 
     Parameters
@@ -57,9 +68,9 @@ def _summed(basis: Basis, pattern: Sequence[Sequence[int]], block: Callable[[int
     pattern : the columns of the blocks that are not zero, ascending, for each row of blocks
     block : function of a row and a column of blocks that returns this one, (elements, 20, 20)
     """
-    nodes = basis.mesh.doflocs.shape[1]
+    nodes = mesh.doflocs.shape[1]
     # scikit-fem's numbers have 32 bits, of which a pair of nodes needs more
-    place = basis.element_dofs.T.astype(np.int64)
+    place = mesh.dofs.element_dofs.T.astype(np.int64)
     pairs, where = np.unique(place[:, :, None] * nodes + place[:, None, :], return_inverse=True)
     row, column = np.divmod(pairs, nodes)
     start = np.searchsorted(row, np.arange(nodes + 1))
