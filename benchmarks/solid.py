@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
-from importlib.metadata import version
+from importlib.metadata import files, version
 from importlib.util import find_spec
 from pathlib import Path
 from statistics import median
@@ -53,11 +53,21 @@ PAGE = Path(__file__).parent / "solid.md"
 
 def pardiso(A: sparse.csc_array) -> solids.Solve:
     """PARDISO's Cholesky factor of a definite matrix, for `natural_modes(..., factor=pardiso)`."""
-    from pypardiso import PyPardisoSolver
+    # pypardiso would look through the whole environment for MKL, and once more for each further solver
+    for file in files("mkl") or []:
+        if "mkl_rt" in file.name:
+            os.environ.setdefault("PYPARDISO_MKL_RT", str(file.locate()))
+    from pypardiso import ps as solver
 
     upper = sparse.triu(A, format="csr")
-    solver = PyPardisoSolver(mtype=2)
+    # nobody else needs it, and it would stand beside the factor
+    del A
+    solver.set_matrix_type(2)
+    # iparm 1 and 2: as told here, with METIS's order. Left to itself it refines each answer twice, which costs three
+    # times as much as the answer, and with a definite matrix leaves no smaller residual
+    solver.iparm[:2] = 1, 2
     solver.factorize(upper)
+    solver.remove_stored_factorization()
     solver.set_phase(33)
     return lambda b: np.asarray(solver._call_pardiso(upper, np.asfortranarray(b)))
 
@@ -80,14 +90,18 @@ def ours(make: Callable[[], Solid], factor: solids.Factor | None, count: int = C
     }
 
 
-def factor_size(grid: str) -> float:
-    """SuperLU's factor [MB]: both triangles, a number and an index each entry."""
+def sizes(grid: str) -> dict[str, float]:
+    """A number and an index each entry [MB]: SuperLU's factor, both triangles, and the matrices that are there with it.
+
+    These are K, M, and the copy of K in the factor's order.
+    """
     solid = body(grid)
     order = solids._order(solid)
     A = solid.K[solid.free][:, solid.free][order][:, order].tocsc()
     options = {"SymmetricMode": True}
     factor = splu(A, permc_spec="NATURAL", diag_pivot_thresh=0.0, relax=1, options=options)
-    return float(factor.nnz * 12 / 2**20)
+    entries = {"factor": factor.nnz, "matrices": solid.K.nnz + solid.M.nnz + A.nnz}
+    return {name: nnz * 12 / 2**20 for name, nnz in entries.items()}
 
 
 def theirs(grid: str) -> dict[str, Any]:
@@ -121,7 +135,7 @@ def answer(way: str, what: str) -> Any:
     if way == "half":
         return ours(lambda: mirror_halves(refinement=REFINEMENT, grid=FINEST)[int(what)], pardiso, 8)
     if way == "size":
-        return factor_size(what)
+        return sizes(what)
     if way == WAYS[2]:
         return theirs(what)
     return ours(lambda: body(what), pardiso if way == WAYS[1] else None)
@@ -169,10 +183,10 @@ def page() -> str:
         known = np.array(found[WAYS[0]]["frequency"])
         for way, run in found.items():
             apart = float(np.abs(np.array(run["frequency"]) / known - 1).max())
-            of_factor = f"{run['memory'] / size:.2f}" if way == WAYS[0] else ""
+            held = f"{size['matrices']:.0f} | {size['factor']:.0f} | {run['memory'] / size['factor']:.2f}"
             rows.append(
                 f"| {found[WAYS[0]]['coordinates']} | {way} | {run['cpu']:.2f} | {run['cpu'] / cpu:.2f} | "
-                f"{run['memory']:.0f} | {of_factor} | {apart:.0e} |"
+                f"{run['memory']:.0f} | {held if way == WAYS[0] else ' |  | '} | {apart:.0e} |"
             )
             print(rows[-1], flush=True)
     told = re.findall(r"Version ([\d.]+)", subprocess.run(["ccx", "-v"], capture_output=True, text=True).stdout)
@@ -184,12 +198,14 @@ Written by `make bench` (`benchmarks/solid.py`): do not edit by hand.
 The foundation with clamped pads, 20-node bricks, the first {COUNT} modes on the same mesh, from the blocks (rbfound)
 or the deck (CalculiX) to the modes. CPU time, one thread, the median of {REPEATS} runs by turns.
 Memory: the peak beyond what the imports take, for CalculiX the whole; and its ratio to SuperLU's factor, both triangles
-with an index each entry. The last column is relative to rbfound with SuperLU: K alike, M by 3 x 3 x 3 points here and
-2 x 2 x 2 there. Python {platform.python_version()},
+with an index each entry. Beside the factor there are the matrices K and M, and K once more in the factor's order. They
+grow with the coordinates, the factor grows faster: on a small mesh they weigh most. The last column is relative to
+rbfound with SuperLU: K alike, M by 3 x 3 x 3 points here and 2 x 2 x 2 there. Python {platform.python_version()},
 {packages}, CalculiX {told[0] if told else "?"}.
 
-| coordinates | way | CPU [s] | ratio to CalculiX | memory [MB] | to the factor | frequencies differ by |
-| ---: | --- | ---: | ---: | ---: | ---: | ---: |
+| coordinates | way | CPU [s] | ratio to CalculiX | memory [MB] | matrices [MB] | factor [MB] | memory to the factor | \
+frequencies differ by |
+| ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
 {chr(10).join(rows)}
 """
 

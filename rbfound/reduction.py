@@ -167,10 +167,11 @@ def orthonormal(X: Array, M: Any, basis: Array) -> Array:
     # twice, against rounding
     for _ in range(2):
         X = X - basis @ (basis.T @ (M @ X))
-        X = X / np.sqrt(np.einsum("ij,ij->j", X, M @ X))
-        squares, Q = linalg.eigh(X.T @ (M @ X))
+        products = X.T @ (M @ X)
+        size = np.sqrt(np.diag(products))
+        squares, Q = linalg.eigh(products / np.outer(size, size))
         new = squares > DEPENDENT**2
-        X = X @ (Q[:, new] / np.sqrt(squares[new]))
+        X = X @ (Q[:, new] / np.outer(size, np.sqrt(squares[new])))
     return np.asarray(X)
 
 

@@ -95,8 +95,9 @@ def rigid_motions(places: np.ndarray) -> np.ndarray:
 def test_a_mesh_with_more_pairs_of_nodes_than_32_bits_count_is_summed_whole() -> None:
     # scikit-fem numbers nodes in 32 bits: 60 020 squared is 3.6e9
     far = np.arange(60_000, 60_020, dtype=np.int32)
-    basis: Any = SimpleNamespace(mesh=SimpleNamespace(doflocs=np.zeros((3, 60_020))), element_dofs=far[:, None])
-    summed = _summed(basis, ({k: np.ones((1, 20, 20))} for k in range(3)))
+    dofs = SimpleNamespace(element_dofs=far[:, None])
+    mesh: Any = SimpleNamespace(doflocs=np.zeros((3, 60_020)), dofs=dofs)
+    summed = _summed(mesh, [[k] for k in range(3)], lambda i, j: np.ones((1, 20, 20)))
     rows, columns = summed.nonzero()
     assert summed.nnz == 3 * 20 * 20
     assert set(rows % 60_020) == set(columns % 60_020) == set(far)
@@ -387,6 +388,12 @@ def test_a_material_that_cannot_exist_is_refused() -> None:
         Material(nu=0.5)
     with pytest.raises(ValueError, match="E = -1"):
         Material(E=-1.0)
+
+
+def test_a_shift_far_from_the_modes_needs_more_vectors_than_there_is_room_for_and_finds_the_same() -> None:
+    cube = elastic_solid([brick((1, 1, 1), (3, 3, 3))], fixed=lambda places: places[1] == 0)
+    near, far = (natural_modes(cube, 3, shift)[0] for shift in (0.0, -1e4))
+    assert far == pytest.approx(near, rel=1e-11)
 
 
 def test_a_free_body_asks_for_a_shift_below_zero(bar: tuple) -> None:
