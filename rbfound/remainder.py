@@ -48,13 +48,13 @@ def arranged(
 
     Returns
     -------
-    None when there are too many seats for it.
+    None when there are too many seats for it, or no mode in the band: then there is nothing that it stands beside.
     """
     high = problem.edges[1]
     places = np.repeat(high * np.array(ABOVE), len(DAMPED))
     damping = np.tile(zeta * np.array(DAMPED), len(ABOVE))
     entries, seats = len(problem.rows), own.Phi.shape[0]
-    if len(places) * entries > MOST:
+    if len(places) * entries > MOST or not len(own.omega):
         return None
     A, b = bordered(problem, own, places, damping)
     x = _best(problem, A, b, len(places), 10 * variance)

@@ -139,6 +139,11 @@ def test_its_damping_need_not_be_known():
         assert (left - cost(problem, true)) / (0.01**2 / 2) < -60
 
 
+def test_beside_no_mode_there_is_none():
+    problem, _, own = solid()
+    assert arranged(problem, own.only(np.arange(0)), 0.02, 1e-6) is None
+
+
 def test_for_too_many_seats_there_is_none():
     seats = 12
     omega = rb.radians(np.linspace(100, 300, seats))
