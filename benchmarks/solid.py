@@ -164,7 +164,7 @@ The lowest frequencies of both together: {", ".join(f"{value:.2f}" for value in 
 
 SuperLU keeps both triangles of its factor, and would need more than twice this memory. A body without symmetry, or one
 larger still, wants a factor that is spread over machines: PETSc with MUMPS behind `natural_modes(..., factor=)`,
-or SLEPc in place of it. PyPI has their sources only; conda-forge and the systems' packages have both, compiled.
+or SLEPc in place of it. `benchmarks/petsc.py` tries both at small size.
 """
 
 
