@@ -25,12 +25,10 @@ import numpy as np
 from petsc4py import PETSc
 from scipy import sparse
 from slepc4py import SLEPc
+from solid import COUNT, REPEATS, body
 
-from rbfound.geometry import COARSE, WORKING, FoundationGeometry, foundation_blocks
-from rbfound.solid import Solid, elastic_solid, natural_modes
+from rbfound.solid import Solid, natural_modes
 
-COUNT, REPEATS = 12, 3
-GEOMETRY = FoundationGeometry(bed=None)
 PAGE = Path(__file__).parent / "petsc.md"
 
 
@@ -40,19 +38,18 @@ def matrix(A: sparse.csc_array) -> Any:
     return PETSc.Mat().createAIJ(rows.shape, csr=(*index, rows.data))
 
 
-def mumps(solver: Any, A: Any = None) -> Any:
-    """A solver that is nothing but MUMPS' factor."""
-    if A is not None:
-        solver.setOperators(A)
+def make_mumps(solver: Any) -> None:
+    """Let a solver be nothing but MUMPS' factor."""
     solver.setType("preonly")
     solver.getPC().setType("cholesky")
     solver.getPC().setFactorSolverType("mumps")
-    return solver
 
 
 def factor(A: sparse.csc_array) -> Callable[[np.ndarray], np.ndarray]:
     """For `natural_modes(..., factor=factor)`."""
-    solver = mumps(PETSc.KSP().create(), matrix(A))
+    solver = PETSc.KSP().create()
+    solver.setOperators(matrix(A))
+    make_mumps(solver)
     solver.setUp()
     inverse = solver.getPC().getFactorMatrix()
 
@@ -79,7 +76,7 @@ def slepc(solid: Solid) -> np.ndarray:
     problem.setTarget(0.0)
     problem.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
     problem.getST().setType("sinvert")
-    mumps(problem.getST().getKSP())
+    make_mumps(problem.getST().getKSP())
     problem.setTolerances(1e-12)
     problem.solve()
     return np.sqrt(np.sort([problem.getEigenvalue(k).real for k in range(COUNT)]))
@@ -101,8 +98,8 @@ def seconds(way: Callable[[Solid], np.ndarray], solid: Solid) -> tuple[float, np
 
 def rows() -> list[str]:
     out = []
-    for grid in (COARSE, WORKING):
-        solid = elastic_solid(foundation_blocks(GEOMETRY, grid=grid), GEOMETRY.on_pads)
+    for grid in ("coarse", "working"):
+        solid = body(grid)
         spent: dict[str, list[float]] = {name: [] for name in WAYS}
         found = {}
         for _ in range(REPEATS):

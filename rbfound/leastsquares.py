@@ -248,12 +248,13 @@ def refine(
     now = float(np.vdot(error, error).real)
     own = np.ones(len(state.omega), dtype=bool) if held is None else ~held
     free = np.flatnonzero(np.concatenate([np.ones(state.Phi.size, dtype=bool), own, own]))
+    # zero where nothing moves
+    whole = np.zeros(state.Phi.size + 2 * len(own))
     # without a mode there is nothing to move
     for _ in range(iterations if len(state.omega) else 0):
         N, b = curvature(problem, state)[np.ix_(free, free)], gradient(problem, state, error)[free]
         scale = scale_of(N)
         N /= scale[:, None] * scale
-        whole = np.zeros(state.Phi.size + 2 * len(own))
         here = receptances(thin, state)
         while True:
             lower = _factor(N + damping * np.eye(len(N)))

@@ -89,9 +89,14 @@ def started(problem: Problem, poles: Complex, zeta: float, most: int) -> State:
     return first_modes(thin, poles)
 
 
+def in_band(omega: Array, edges: tuple[float, float]) -> NDArray[np.bool_]:
+    """Which frequencies lie in the band."""
+    return (omega >= edges[0]) & (omega <= edges[1])
+
+
 def within(omega: Array, edges: tuple[float, float]) -> Array:
     """Those frequencies that lie in the band."""
-    return omega[(omega >= edges[0]) & (omega <= edges[1])]
+    return omega[in_band(omega, edges)]
 
 
 def completed(problem: Problem, state: State, zeta: float, most: int) -> State:
@@ -107,7 +112,7 @@ def completed(problem: Problem, state: State, zeta: float, most: int) -> State:
     """
     edges = problem.edges
     tried = candidates(*edges, zeta)
-    own = (tried >= edges[0]) & (tried <= edges[1])
+    own = in_band(tried, edges)
     thin, variance = problem.thinned(), variance_of(problem, state)
     added, whole, thorough = 0, False, False
     # few lines neither tell noise from resonances nor determine modes to spare
@@ -170,7 +175,7 @@ def _added(problem: Problem, state: State, left: float, new: State, least: float
 
 def inside(state: State, edges: tuple[float, float]) -> NDArray[np.bool_]:
     """Which modes are those of the band, (m,)."""
-    return (state.omega >= edges[0]) & (state.omega <= edges[1]) & (state.zeta < REMAINDER)
+    return in_band(state.omega, edges) & (state.zeta < REMAINDER)
 
 
 def doubtful(problem: Problem, state: State, deviation: Array, noise: float) -> NDArray[np.bool_]:
