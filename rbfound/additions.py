@@ -4,6 +4,7 @@ import numpy as np
 from scipy import linalg
 
 from rbfound.leastsquares import (
+    ALIKE,
     Array,
     Complex,
     Problem,
@@ -12,6 +13,7 @@ from rbfound.leastsquares import (
     compliance,
     curvature,
     gradient,
+    groups_of,
     residuals,
     scale_of,
     tangents,
@@ -21,6 +23,9 @@ from rbfound.leastsquares import (
 BELOW = (0.3, 0.7)
 ABOVE = (1.01, 1.03, 1.06, 1.1, 1.15, 1.2, 1.3, 1.45, 1.6, 2.0, 3.0, 5.0, 10.0)
 
+# A repeated pole has as many modes as its residue has eigenvalues above this part of the largest.
+RANK = 1e-6
+
 # How often a candidate's shape is improved.
 ALTERNATIONS = 6
 
@@ -29,23 +34,48 @@ def first_modes(problem: Problem, poles: Complex) -> State:
     """Modes at known poles with the shapes that linear least squares gives them, and one pseudo-mode a seat above.
 
     Each entry is a real combination of the modes' compliances, of a remainder U + V w^2 of what lies above the band and
-    of one -L / w^2 of what lies below. The largest eigenvector of a mode's symmetric residue is its shape.
+    of one -L / w^2 of what lies below. The largest eigenvector of a mode's symmetric residue is its shape. Poles that
+    cannot be told from a repeated one have a residue together, and `_split` tells them apart.
     """
-    own, zeta = np.abs(poles), np.clip(-poles.real / np.abs(poles), 1e-4, 0.3)
-    seats, m = int(problem.rows.max()) + 1, len(poles)
+    groups = groups_of(poles)
+    mean = np.array([poles[group].mean() for group in groups], dtype=complex)
+    own, zeta = np.abs(mean), np.clip(-mean.real / np.abs(mean), 1e-4, 0.3)
+    seats, m = int(problem.rows.max()) + 1, len(mean)
     low, high = problem.edges
     w = problem.omega
-    columns = np.vstack([compliance(w, own, zeta), np.ones_like(w), (w / high) ** 2, -((low / w) ** 2)])
-    residue = np.zeros((m + 3, seats, seats))
+    several = np.flatnonzero([len(group) > 1 for group in groups])
+    g = compliance(w, own, zeta)
+    columns = np.vstack([g, np.ones_like(w), (w / high) ** 2, -((low / w) ** 2), g[several] ** 2])
+    residue = np.zeros((len(columns), seats, seats))
     for e, (i, j) in enumerate(zip(problem.rows, problem.columns, strict=True)):
         A = (columns * problem.weight[e]).view(float).T
         size = np.linalg.norm(A, axis=0)
         solved = linalg.lstsq(A / size, (problem.H[e] * problem.weight[e]).view(float))[0] / size
         residue[:, i, j] = residue[:, j, i] = solved
-    values, vectors = np.linalg.eigh(residue[:m])
-    largest = np.maximum(values[:, -1], 1e-9 * np.abs(values).max(axis=1))
-    inside = State((vectors[:, :, -1] * np.sqrt(largest)[:, None]).T, own, zeta)
+    slope = dict(zip(several, residue[m + 3 :], strict=True))
+    inside = State(np.zeros((seats, 0)), np.zeros(0), np.zeros(0))
+    for k, group in enumerate(groups):
+        Phi, square = _split(residue[k], slope.get(k, np.zeros((seats, seats))), len(group))
+        # a step to first order, no longer than the poles that were found are apart
+        most = 2 * own[k] ** 2 * ALIKE * zeta[k]
+        omega = np.sqrt(own[k] ** 2 + np.clip(square, -most, most))
+        inside = inside.joined(State(Phi, omega, np.full(len(omega), zeta[k])))
     return inside.joined(_above(residue[m], residue[m + 1] / high**2, high, float(np.median(zeta)) if m else 0.02))
+
+
+def _split(R: Array, slope: Array, count: int) -> tuple[Array, Array]:
+    """The modes of a repeated pole, or of nearly repeated ones: shapes (seats, k), k <= count, and shifts of omega^2.
+
+    To first order, modes near one pole are R g + slope g^2 with R = Phi Phi' and slope = -Phi diag(shift) Phi'. Both are
+    diagonal in the right combination of the eigenvectors of R; where the pole is a repeated one, any will do. A residue
+    of lower rank has fewer modes than poles.
+    """
+    values, vectors = np.linalg.eigh(R)
+    few = max(1, min(count, int((values > RANK * values[-1]).sum())))
+    half = vectors[:, -few:] * np.sqrt(np.maximum(values[-few:], 1e-9 * np.abs(values).max()))
+    inverse = half / (half**2).sum(axis=0)
+    shift, turn = np.linalg.eigh(-inverse.T @ slope @ inverse)
+    return half @ turn, shift
 
 
 def _above(U: Array, V: Array, high: float, zeta: float) -> State:

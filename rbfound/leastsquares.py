@@ -36,6 +36,10 @@ CAREFUL, SURE = 1e-3, 1e-6
 # No mode comes nearer to an edge of the band than this part of it.
 APART = 1e-6
 
+# Poles that are nearer to each other than this part of their damping -Re lambda are one repeated pole to the
+# data: noise or rounding decides which combination of the shapes belongs to which of them.
+ALIKE = 0.1
+
 # Lines in one piece of the normal equations: keeps what is in memory at a time to a few megabytes.
 BATCH = 2048
 
@@ -97,6 +101,19 @@ class State:
             np.concatenate([self.omega, other.omega]),
             np.concatenate([self.zeta, other.zeta]),
         )
+
+
+def groups_of(poles: Complex) -> list[NDArray[np.intp]]:
+    """Indices of the poles that cannot be told from a repeated pole, group by group, ascending in frequency.
+
+    Neighbours belong together when they are nearer than ALIKE times the damping -Re lambda of the lighter one.
+    """
+    order = np.argsort(np.abs(poles))
+    if not len(order):
+        return []
+    damping, apart = -poles.real[order], np.abs(np.diff(poles[order]))
+    ends = np.flatnonzero(apart >= ALIKE * np.minimum(damping[1:], damping[:-1])) + 1
+    return np.split(order, ends)
 
 
 def problem_of(omega: Array, H: Complex, relative: bool = True, errors: Array | None = None) -> Problem:

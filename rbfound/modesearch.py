@@ -118,7 +118,9 @@ def completed(problem: Problem, state: State, zeta: float, most: int) -> State:
     # few lines neither tell noise from resonances nor determine modes to spare
     noisy = problem.nodes is not None and noise_of(problem, state) > FINEST * scale_of_data(problem)
     other = arranged(thin, state.only(inside(state, edges)), zeta, variance, SPARE if noisy else SCARCE)
-    state, whole = other or state, noisy and other is not None
+    # to first order it is better; of nearly repeated modes a long step is not
+    better = other is not None and cost(thin, other) < cost(thin, state)
+    state, whole = (other if other is not None and better else state), noisy and better
     while True:
         # a rough fit tells where a mode of the band is missing; a good one, that none is, and whether those outside do
         small, rough, damping = (ENOUGH * variance, 0.0, SURE) if thorough else (variance, ROUGH, CAREFUL)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from rbfound.frf import FRF
+from rbfound.leastsquares import groups_of
 from rbfound.units import hertz, radians
 
 Array = NDArray[np.float64]
@@ -232,11 +233,27 @@ def _poles(D: Array, low: float, high: float) -> tuple[Complex, Complex]:
     order_of = np.flatnonzero(keep)[np.argsort(size[keep])]
     # the companion matrix has these vectors, too, but all of them, and that takes as long as the poles
     at = np.tensordot(values[order_of, None] ** np.arange(order + 1), D, 1)
-    return poles[order_of], np.linalg.svd(at)[0][:, :, -1].conj()
+    vectors = np.linalg.svd(at)[0].conj()
+    participation = vectors[:, :, -1]
+    for group in groups_of(poles[order_of]):
+        # a repeated pole has a space of them, and each of its poles would get any one of that
+        few = min(len(group), inputs)
+        participation[group[:few]] = vectors[group[0], :, -few:].T
+    return poles[order_of], participation
 
 
-def _likeness(P: Complex, Q: Complex) -> Array:
-    return np.asarray(np.abs(P.conj() @ Q.T) ** 2)
+def _spaces(poles: Complex, participation: Complex) -> list[Complex]:
+    """Of each pole the participation vectors (g, inputs) of all poles that it cannot be told from, itself included."""
+    spaces = [participation[:0]] * len(poles)
+    for group in groups_of(poles):
+        for k in group:
+            spaces[k] = participation[group]
+    return spaces
+
+
+def _likeness(vector: Complex, space: Complex) -> float:
+    """MAC of a participation vector (inputs,) and the nearest one in a space (g, inputs) of orthonormal ones."""
+    return float(np.sum(np.abs(space.conj() @ vector) ** 2))
 
 
 def _agreement(
@@ -251,7 +268,8 @@ def _agreement(
     flags[0] = np.abs(np.abs(poles) - np.abs(old)) < FREQUENCY * np.abs(poles)
     zeta, was = -poles.real / np.abs(poles), -old.real / np.abs(old)
     flags[1] = np.abs(zeta - was) < DAMPING * zeta
-    flags[2] = np.abs((participation.conj() * before[1][nearest]).sum(axis=1)) ** 2 > PARTICIPATION
+    spaces = _spaces(*before)
+    flags[2] = [_likeness(u, spaces[k]) > PARTICIPATION for u, k in zip(participation, nearest, strict=True)]
     return tuple(flags)
 
 
@@ -259,6 +277,11 @@ def _chains(chart: Stabilisation) -> list[list[int]]:
     """Stable poles joined from order to order; a chain may skip one order."""
     chains: list[list[int]] = []
     orders = list(chart.orders)
+    spaces = [
+        space
+        for order in orders
+        for space in _spaces(chart.poles[chart.order == order], chart.participation[chart.order == order])
+    ]
     for position, order in enumerate(orders):
         taken: set[int] = set()
         for k in np.flatnonzero((chart.order == order) & chart.stable):
@@ -267,7 +290,7 @@ def _chains(chart: Stabilisation) -> list[list[int]]:
                 for c, chain in enumerate(chains)
                 if c not in taken
                 and position - orders.index(chart.order[chain[-1]]) <= 3
-                and _same(chart, int(k), chain[-1])
+                and _same(chart, int(k), chain[-1], spaces)
             ]
             if ends:
                 chains[min(ends)[1]].append(int(k))
@@ -278,6 +301,6 @@ def _chains(chart: Stabilisation) -> list[list[int]]:
     return chains
 
 
-def _same(chart: Stabilisation, a: int, b: int) -> bool:
+def _same(chart: Stabilisation, a: int, b: int, spaces: list[Complex]) -> bool:
     close = abs(chart.frequency[a] - chart.frequency[b]) < FREQUENCY * chart.frequency[a]
-    return bool(close and _likeness(chart.participation[[a]], chart.participation[[b]])[0, 0] > PARTICIPATION)
+    return bool(close and _likeness(chart.participation[a], spaces[b]) > PARTICIPATION)

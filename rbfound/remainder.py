@@ -11,7 +11,7 @@ import numpy as np
 from scipy import linalg
 
 from rbfound.additions import bordered, symmetric
-from rbfound.leastsquares import Array, Problem, State, moved, scale_of
+from rbfound.leastsquares import Array, Problem, State, cost, moved, scale_of
 
 # Where residues stand, in multiples of the band's upper edge. At each place there are two, damped by these multiples:
 # of both together, any damping between can be made.
@@ -65,7 +65,7 @@ def arranged(
     # a direction that adds d^2 to the weighted receptances of driving points adds no more than d^4 to the cost, a line
     unit = np.sqrt(np.median(problem.weight[problem.rows == problem.columns], axis=1))
     few = _few(many, high * np.array(exact), unit, (variance / problem.H.size) ** 0.25)
-    return moved(problem, own, step).joined(few)
+    return min((moved(problem, own, step).joined(few), own.joined(few)), key=lambda state: cost(problem, state))
 
 
 def _best(problem: Problem, A: Array, b: Array, count: int, gap: float) -> Array:
