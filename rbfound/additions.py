@@ -23,8 +23,9 @@ from rbfound.leastsquares import (
 BELOW = (0.3, 0.7)
 ABOVE = (1.01, 1.03, 1.06, 1.1, 1.15, 1.2, 1.3, 1.45, 1.6, 2.0, 3.0, 5.0, 10.0)
 
-# A repeated pole has as many modes as its residue has eigenvalues above this part of the largest.
-RANK = 1e-6
+# Of nearly alike poles each stands for a mode if the residue that they share has that many eigenvalues above this part
+# of the largest. Where the second is a larger part, a pole that was found once is a repeated one: noise leaves less.
+RANK, PLAINLY = 1e-6, 0.2
 
 # How often a candidate's shape is improved.
 ALTERNATIONS = 6
@@ -35,7 +36,7 @@ def first_modes(problem: Problem, poles: Complex) -> State:
 
     Each entry is a real combination of the modes' compliances, of a remainder U + V w^2 of what lies above the band and
     of one -L / w^2 of what lies below. The largest eigenvector of a mode's symmetric residue is its shape. Poles that
-    cannot be told from a repeated one have a residue together, and `_split` tells them apart.
+    cannot be told from a repeated one have a residue together, and `repeated_modes` tells them apart.
     """
     groups = groups_of(poles)
     mean = np.array([poles[group].mean() for group in groups], dtype=complex)
@@ -52,30 +53,38 @@ def first_modes(problem: Problem, poles: Complex) -> State:
         size = np.linalg.norm(A, axis=0)
         solved = linalg.lstsq(A / size, (problem.H[e] * problem.weight[e]).view(float))[0] / size
         residue[:, i, j] = residue[:, j, i] = solved
-    slope = dict(zip(several, residue[m + 3 :], strict=True))
+    level = level_of(problem)
+    residue[:m] *= level[:, None] * level
+    slope = np.zeros((m, seats, seats))
+    slope[several] = residue[m + 3 :] * level[:, None] * level
     inside = State(np.zeros((seats, 0)), np.zeros(0), np.zeros(0))
     for k, group in enumerate(groups):
-        Phi, square = _split(residue[k], slope.get(k, np.zeros((seats, seats))), len(group))
+        values = np.linalg.eigvalsh(residue[k])
+        rank, plain = (int((values > part * values[-1]).sum()) for part in (RANK, PLAINLY))
+        Phi, shift = repeated_modes(residue[k], slope[k], max(1, plain, min(len(group), rank)))
         # a step to first order, no longer than the poles that were found are apart
         most = 2 * own[k] ** 2 * ALIKE * zeta[k]
-        omega = np.sqrt(own[k] ** 2 + np.clip(square, -most, most))
-        inside = inside.joined(State(Phi, omega, np.full(len(omega), zeta[k])))
+        omega = np.sqrt(own[k] ** 2 + np.clip(shift, -most, most))
+        inside = inside.joined(State(Phi / level[:, None], omega, np.full(len(omega), zeta[k])))
     return inside.joined(_above(residue[m], residue[m + 1] / high**2, high, float(np.median(zeta)) if m else 0.02))
 
 
-def _split(R: Array, slope: Array, count: int) -> tuple[Array, Array]:
-    """The modes of a repeated pole, or of nearly repeated ones: shapes (seats, k), k <= count, and shifts of omega^2.
+def repeated_modes(R: Array, slope: Array, few: int) -> tuple[Array, Array]:
+    """The modes of a repeated pole, or of nearly repeated ones: shapes (seats, few) and shifts of omega^2 (few,).
 
     To first order, modes near one pole are R g + slope g^2 with R = Phi Phi' and slope = -Phi diag(shift) Phi'. Both are
-    diagonal in the right combination of the eigenvectors of R; where the pole is a repeated one, any will do. A residue
-    of lower rank has fewer modes than poles.
+    diagonal in the right combination of the largest eigenvectors of R; where the pole is a repeated one, any will do.
     """
     values, vectors = np.linalg.eigh(R)
-    few = max(1, min(count, int((values > RANK * values[-1]).sum())))
     half = vectors[:, -few:] * np.sqrt(np.maximum(values[-few:], 1e-9 * np.abs(values).max()))
     inverse = half / (half**2).sum(axis=0)
     shift, turn = np.linalg.eigh(-inverse.T @ slope @ inverse)
     return half @ turn, shift
+
+
+def level_of(problem: Problem) -> Array:
+    """What brings all seats to one size, (seats,) [sqrt(N/m)]: else an eigenvector sees the one that moves most."""
+    return np.asarray(np.sqrt(np.median(problem.weight[problem.rows == problem.columns], axis=1)))
 
 
 def _above(U: Array, V: Array, high: float, zeta: float) -> State:

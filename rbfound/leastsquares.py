@@ -38,7 +38,7 @@ APART = 1e-6
 
 # Poles that are nearer to each other than this part of their damping -Re lambda are one repeated pole to the
 # data: noise or rounding decides which combination of the shapes belongs to which of them.
-ALIKE = 0.1
+ALIKE = 0.3
 
 # Lines in one piece of the normal equations: keeps what is in memory at a time to a few megabytes.
 BATCH = 2048
@@ -103,16 +103,16 @@ class State:
         )
 
 
-def groups_of(poles: Complex) -> list[NDArray[np.intp]]:
+def groups_of(poles: Complex, alike: float = ALIKE) -> list[NDArray[np.intp]]:
     """Indices of the poles that cannot be told from a repeated pole, group by group, ascending in frequency.
 
-    Neighbours belong together when they are nearer than ALIKE times the damping -Re lambda of the lighter one.
+    Neighbours belong together when they are nearer than `alike` times the damping -Re lambda of the lighter one.
     """
     order = np.argsort(np.abs(poles))
     if not len(order):
         return []
     damping, apart = -poles.real[order], np.abs(np.diff(poles[order]))
-    ends = np.flatnonzero(apart >= ALIKE * np.minimum(damping[1:], damping[:-1])) + 1
+    ends = np.flatnonzero(apart >= alike * np.minimum(damping[1:], damping[:-1])) + 1
     return np.split(order, ends)
 
 

@@ -36,6 +36,7 @@ from rbfound.modesearch import (
     reweighted,
     scale_of_data,
     started,
+    uncrowded,
     variance_of,
 )
 from rbfound.noise import own_errors
@@ -180,6 +181,7 @@ def fit_modes(
     problem = compressed(problem, poles, relative, FINEST * scale_of_data(problem))
     state = completed(problem, started(problem, poles, zeta, MOST), zeta, MOST)
     _check_any(len(state.omega), band)
+    state = uncrowded(problem, state)
     suspects = inside(state, edges) & doubtful(problem, state, *_deviation(problem, state))
     state = pruned(problem, state, np.flatnonzero(suspects))
     _check_any(len(state.omega), band)

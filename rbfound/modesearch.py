@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rbfound.additions import candidates, first_modes, missing_mode
+from rbfound.additions import candidates, first_modes, level_of, missing_mode, repeated_modes
 from rbfound.leastsquares import (
     CAREFUL,
     HEAVY,
@@ -17,6 +17,7 @@ from rbfound.leastsquares import (
     State,
     compliance,
     cost,
+    groups_of,
     noise_of,
     receptances,
     refine,
@@ -49,6 +50,9 @@ FINEST = 2e-4
 # Modes at the poles leave more than this part of the data, and a single one more takes more than that part of the rest
 # away, only where a pole is missing. If none is, the rest is the remainder's, and no mode of the band helps with it.
 UNEXPLAINED, PLAIN = 0.25, 0.02
+
+# Modes that are nearer to each other than this many times their damping -Re lambda may be one too many.
+CROWDED = 1.0
 
 # A mode that is damped more is no mode of the band, but a part of the remainder.
 REMAINDER = 0.3
@@ -223,6 +227,40 @@ def pruned(problem: Problem, state: State, suspects: NDArray[np.intp]) -> State:
         return state
     rest = np.setdiff1d(np.arange(len(state.omega)), gone)
     return refine(problem, state.only(rest), small=0.3 * variance, iterations=20)[0]
+
+
+def uncrowded(problem: Problem, state: State) -> State:
+    """Without what closely spaced modes of the band have too many: of k modes, one combination that noise would do.
+
+    Modes that are nearer than CROWDED share what they do: each may be needed although k - 1 others would do as well.
+    """
+    small = ENOUGH * variance_of(problem, state)
+    left = cost(problem, state)
+    done = False
+    while not done:
+        own = np.flatnonzero(inside(state, problem.edges))
+        poles = state.omega[own] * (-state.zeta[own] + 1j * np.sqrt(1 - state.zeta[own] ** 2))
+        groups = [own[group] for group in groups_of(poles, CROWDED) if len(group) > 1]
+        done = True
+        for group in groups:
+            fewer, then = refine(problem, _without_weakest(problem, state, group), small=small, iterations=40)
+            if then - left < WORTH * variance_of(problem, state):
+                state, left, done = fewer, then, False
+                break
+    return state
+
+
+def _without_weakest(problem: Problem, state: State, group: NDArray[np.intp]) -> State:
+    """The modes with one less in a group: its shapes are the strongest combinations of those that there are."""
+    level = level_of(problem)
+    Phi = state.Phi[:, group] * level[:, None]
+    square = float(np.mean(state.omega[group] ** 2))
+    slope = -(Phi * (state.omega[group] ** 2 - square)) @ Phi.T
+    shapes, shift = repeated_modes(Phi @ Phi.T, slope, len(group) - 1)
+    low, high = state.omega[group].min(), state.omega[group].max()
+    omega = np.clip(np.sqrt(np.maximum(square + shift, low**2)), low, high)
+    fewer = State(shapes / level[:, None], omega, np.full(len(omega), np.mean(state.zeta[group])))
+    return state.only(np.setdiff1d(np.arange(len(state.omega)), group)).joined(fewer)
 
 
 def counted(problem: Problem, state: State, zeta: float, modes: int) -> State:

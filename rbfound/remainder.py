@@ -10,7 +10,7 @@ it stays passive) it is left with three a seat at the most, and with fewer where
 import numpy as np
 from scipy import linalg
 
-from rbfound.additions import bordered, symmetric
+from rbfound.additions import bordered, level_of, symmetric
 from rbfound.leastsquares import Array, Problem, State, cost, moved, scale_of
 
 # Where residues stand, in multiples of the band's upper edge. At each place there are two, damped by these multiples:
@@ -63,8 +63,7 @@ def arranged(
     Phi = (vectors * np.sqrt(np.maximum(values, 0))[:, None, :]).transpose(1, 0, 2).reshape(seats, -1)
     many = State(Phi, np.repeat(places, seats), np.repeat(damping, seats))
     # a direction that adds d^2 to the weighted receptances of driving points adds no more than d^4 to the cost, a line
-    unit = np.sqrt(np.median(problem.weight[problem.rows == problem.columns], axis=1))
-    few = _few(many, high * np.array(exact), unit, (variance / problem.H.size) ** 0.25)
+    few = _few(many, high * np.array(exact), level_of(problem), (variance / problem.H.size) ** 0.25)
     return min((moved(problem, own, step).joined(few), own.joined(few)), key=lambda state: cost(problem, state))
 
 

@@ -94,12 +94,17 @@ def test_too_few_lines_for_the_degree_are_an_error():
 
 
 @pytest.mark.parametrize("way", [CLASSIC, {"iterations": 0}, {}])
-def test_exact_rational_data_come_back_to_1e_8(way):
+def test_exact_rational_data_come_back_as_well_as_the_condition_number_allows(way):
     fit = fit_fraction(known().frf(LINES), 7, extra=0, **way)
-    np.testing.assert_allclose(upper(fit.poles), poles_of(), rtol=1e-8)
+    # QR is backward stable: rounding times the condition number, times the root of some hundred columns
+    rounding = 10 * fit.condition * np.finfo(float).eps
+    assert rounding < 1e-7
+    np.testing.assert_allclose(upper(fit.poles), poles_of(), rtol=rounding)
     elsewhere = np.array([33.3, 150.0, 777.7])
     expected = known().frf(elsewhere).H
-    np.testing.assert_allclose(fit.frf(elsewhere).H, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+    # at resonance H = 1 / (2 zeta ...): a shift of a pole counts 1 / (2 zeta) times
+    atol = rounding / (2 * ZETA.min()) * np.abs(expected).max()
+    np.testing.assert_allclose(fit.frf(elsewhere).H, expected, rtol=0, atol=atol)
 
 
 def test_exact_data_come_back_as_a_foundation_to_1e_8():
