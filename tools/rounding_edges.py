@@ -92,6 +92,7 @@ def perturbed(load: Callable[..., Any]) -> Callable[..., Any]:
     def loading(path: Any, *arguments: Any, **named: Any) -> Any:
         frf = load(path, *arguments, **named)
         off = np.random.default_rng(0).uniform(-PERTURBED, PERTURBED, frf.H.shape)
+        off = (off + off.transpose(0, 2, 1)) / 2  # a reciprocal set stays one: fits weigh others differently
         return replace(frf, H=frf.H * (1 + off)) if Path(path).resolve().is_relative_to(ROOT / "data") else frf
 
     return loading if "RBFOUND_PERTURBED" in os.environ else load
