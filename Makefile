@@ -20,7 +20,7 @@ BUILT := tests/test_book.py tests/test_live_page.py tests/test_accessibility.py 
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
-.PHONY: help book pdf test lab notebooks picture data crosscheck study bench speed fuzz lint format unit html wheel screenshots clean distclean
+.PHONY: help book pdf test lab notebooks edges picture data crosscheck study bench speed fuzz lint format unit html wheel screenshots clean distclean
 .NOTPARALLEL:
 
 help: ## list these targets
@@ -79,6 +79,9 @@ lint: $(VENV)/dev.stamp ## ruff and mypy
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+edges: $(VENV)/book.stamp ## list the notebooks' numbers that print differently on another processor, or nearly (an hour; NOTEBOOKS=...)
+	$(BIN)/python tools/rounding_edges.py $(NOTEBOOKS)
 
 format: $(VENV)/dev.stamp ## let ruff put code and notebooks in order
 	$(BIN)/ruff check --fix .

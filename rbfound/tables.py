@@ -50,10 +50,17 @@ def table(columns: Mapping[str, Any], digits: int = 4) -> str:
 
 
 def bound(value: float, rounding: float = 1e-11) -> str:
-    """A residual as the power of ten that it stays below: 3.1e-9 gives "< 1e-08".
+    """A residual as a power of ten at least three times as large: 3e-9 gives "< 1e-08", 5e-9 gives "< 1e-07".
 
-    What is below `rounding` is not told apart: it differs from one BLAS to the next.
+    What lies below the floor `rounding`, a power of ten, is not told apart: rounding differs from one processor to the
+    next. A floor that is thirty times what rounding leaves, or more, prints alike on each.
     """
     if not np.isfinite(value) or value < 0:
         raise ValueError(f"A residual is finite and not negative, this one is {value}.")
-    return f"< 1e{int(np.floor(np.log10(max(value, rounding * 0.999)))) + 1:03d}"
+    decade = round(float(np.log10(rounding))) if 0 < rounding < np.inf else 0
+    if rounding != float(f"1e{decade}"):
+        raise ValueError(f"The floor of a residual is a power of ten, for example 1e-11, and not {rounding}.")
+    # powers as they are read: 10.0**-5 is not 1e-5 in the last bit
+    while 3 * value > float(f"1e{decade}"):
+        decade += 1
+    return f"< 1e{decade:+03d}"

@@ -1,5 +1,7 @@
 """Plain-text tables."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -76,18 +78,36 @@ def test_more_digits_are_printed_when_asked_for():
 
 
 @settings(derandomize=True, max_examples=200)
-@given(st.floats(min_value=1e-9, max_value=1e3))
-def test_a_bound_is_a_power_of_ten_above_the_residual_and_no_further_than_a_decade(value):
-    limit = float(rb.bound(value).removeprefix("< "))
-    assert value < limit <= 10.0001 * value
+@given(st.floats(min_value=1e-11, max_value=1e3))
+def test_a_bound_is_a_power_of_ten_three_to_thirty_times_the_residual(value):
+    text = rb.bound(value)
+    assert re.fullmatch(r"< 1e[+-]\d\d", text)
+    # one part in 1e15 for the rounding of 3 * value
+    assert 3 * value <= float(text.removeprefix("< ")) * (1 + 1e-15) <= 30.0001 * value
 
 
-def test_residuals_that_are_all_rounding_print_alike():
-    # what a BLAS leaves behind must not show up in a committed output
-    assert rb.bound(0.0) == rb.bound(1e-16) == rb.bound(3e-14) == rb.bound(9e-13)
+@pytest.mark.parametrize(
+    ("value", "text"), [(3e-9, "< 1e-08"), (5e-9, "< 1e-07"), (0.3, "< 1e+00"), (0.4, "< 1e+01"), (50.0, "< 1e+03")]
+)
+def test_a_bound_keeps_a_factor_of_three_from_the_residual(value, text):
+    assert rb.bound(value) == text
+
+
+@pytest.mark.parametrize("floor", [1e-11, 1e-9, 1e-7, 1e-4])
+def test_residuals_that_are_all_rounding_print_alike(floor):
+    # what rounding leaves must not show up in a committed output: thirty times below the floor, and ten times more
+    for value in (0.0, 1e-16, floor / 1000, floor / 30, floor / 3.01):
+        assert rb.bound(value, rounding=floor) == f"< {floor:.0e}"
+    assert rb.bound(floor / 2.99, rounding=floor) == f"< {10 * floor:.0e}"
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -1e-12])
 def test_a_residual_that_is_no_residual_is_an_error(value):
     with pytest.raises(ValueError, match=rf"finite and not negative.*{value}"):
         rb.bound(value)
+
+
+@pytest.mark.parametrize("floor", [9e-5, 2e-4, 0.0, -1e-9, float("nan"), float("inf")])
+def test_a_floor_that_is_no_power_of_ten_is_an_error(floor):
+    with pytest.raises(ValueError, match=rf"power of ten.*not {floor}"):
+        rb.bound(1e-6, rounding=floor)
