@@ -42,6 +42,7 @@ WORDS = [
     b"[",
 ]
 WORDS += [b"9" * 400, b"x1 from y1", b"\r", b"1_0", b"\xb2", b"\x80\x04\x95", b"../", b"/dev/zero"]
+WORDS += [b"1e308", b"-1.7e308", b"1e-320", b"L"]
 
 
 @st.composite
@@ -97,6 +98,62 @@ def test_the_good_files_are_read(good, name):
     with fuzzing.beside(good[0]) as folder:
         for content in good[1][name]:
             assert fuzzing.read(folder, name, content) is not None
+
+
+# --- what numpy and Python warn of ---
+
+
+def npz(path: Path, heading: str, data: bytes) -> Path:
+    """A set of FRFs whose frequencies have a heading of one's own."""
+    text = heading.encode("latin-1")
+    text += b" " * (-(len(text) + 11) % 64) + b"\n"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("frequency.npy", b"\x93NUMPY\x01\x00" + struct.pack("<H", len(text)) + text + data)
+        for name, array in {"H": np.ones((2, 2, 2)), "unit": np.array(["m"])}.items():
+            with archive.open(f"{name}.npy", "w") as stream:
+                np.save(stream, array)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("kind", "shape"),
+    [
+        ("<f8", "(2L,)"),  # as Python 2 wrote it; found at random: numpy reads it and warns
+        ("<f8", "(2if 1else 3,)"),  # Python warns of the letter after the digit
+        (r"\d<f8", "(2,)"),  # and of this backslash
+        ("a8", "(2,)"),  # a name that numpy gave up
+    ],
+)
+def test_a_heading_that_is_read_with_a_warning_only_is_refused(kind, shape, tmp_path):
+    heading = "{'descr': '%s', 'fortran_order': False, 'shape': %s, }"
+    good = npz(tmp_path / "good.npz", heading % ("<f8", "(2,)"), np.array([1.0, 2.0]).tobytes())
+    np.testing.assert_array_equal(rb.load_frf(good).frequency, [1.0, 2.0])
+    path = npz(tmp_path / "a.npz", heading % (kind, shape), np.array([1.0, 2.0]).tobytes())
+    with pytest.raises(ValueError, match=r"a\.npz is not a readable \.npz file: "):
+        rb.load_frf(path)
+
+
+@pytest.mark.parametrize(
+    ("heading", "row"),
+    [
+        ("frequency [kHz],x1:x1 re [m],x1:x1 im [m]", "1e308,1,1"),
+        ("frequency [Hz],x1:x1 re [m/s2],x1:x1 im [m/s2]", "1e308,1,1"),
+        ("frequency [Hz],x1:x1 re [m/s2],x1:x1 im [m/s2]", "1e-320,1,1"),
+        ("frequency [Hz],x1:x1 amplitude [m],x1:x1 phase [deg],x1:x1 re [m],x1:x1 im [m]", "1,1.7e308,180,1.7e308,0"),
+    ],
+)
+def test_numbers_that_overflow_in_a_text_are_refused(heading, row, tmp_path):
+    (tmp_path / "x1_from_x1.csv").write_text(f"{heading}\n{row}\n")
+    pairs = [f"x1_from_x1.csv,{pair}\n" for pair in ("x1,x1", "x1,y1", "y1,y1")]
+    (tmp_path / "index.csv").write_text("".join(["file,response,force\n", *pairs]))
+    with pytest.raises(ValueError, match="too large or too small to reckon with"):
+        rb.load_frf(tmp_path / "index.csv", fill=True)
+
+
+def test_numbers_that_overflow_in_an_array_are_refused(tmp_path):
+    np.savez(tmp_path / "a.npz", frequency=[1e308], H=np.ones((1, 2, 2)), unit=np.array(["m/s2"]))
+    with pytest.raises(ValueError, match="too large or too small to reckon with"):
+        rb.load_frf(tmp_path / "a.npz")
 
 
 # --- work and memory grow with the file, and no faster ---
