@@ -257,6 +257,7 @@ def test_work_and_memory_of_a_hard_file_grow_no_faster_than_the_file(name, tmp_p
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="this test limits the CPU time of a process as POSIX does")
 @pytest.mark.parametrize("name", NAMED)
 def test_work_that_no_call_shows_does_not_grow_faster_either(name, tmp_path):
     """A regular expression may take hours in one call: what takes ten times as long as a reader needs is killed."""
