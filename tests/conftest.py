@@ -1,7 +1,7 @@
 """Before any test: one thread, as in the Makefile, and Hypothesis takes the same cases each time.
 
-`make fuzz` sets RBFOUND_FUZZ, and Hypothesis takes others each time; what it finds then becomes an `@example` of the test
-or a case of its own.
+`make fuzz` sets RBFOUND_FUZZ, and Hypothesis takes others each time; what it finds then becomes an `@example` of the
+test or a case of its own.
 """
 
 import os

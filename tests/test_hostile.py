@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import rbfound as rb
@@ -42,8 +42,10 @@ def test_a_bearing_of_no_stiffness_leaves_the_foundation_as_it_is_and_the_rotor_
 
 @settings(max_examples=15)
 @given(st.floats(11, 300))
+@example(17.3)  # here every spring but the bearings was less than their rounding, and all that it held passed for free
 def test_a_stiffer_and_stiffer_bearing_ends_at_the_rigid_one_or_is_refused(exponent):
-    # 1e-3 is what 1e11 N/m lacks of rigid; rounding adds 1e-4 where it is not refused
+    # 1e-3 is what 1e11 N/m lacks of rigid. Rounding adds 1e-5 where it is not refused, below 3e14 N/m: entries of many
+    # sizes are balanced before eigenvalues are found, so that the slow ones suffer less than `System.rounding` fears
     rigid = lowest(1e12)
     found = answer(lowest, 10.0**exponent)
     if isinstance(found, str):
@@ -142,7 +144,6 @@ def test_noise_alone_is_refused_or_called_unsure(seed):
         assert any(note.startswith("Warning") for note in found.notes)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("wrong", [np.negative, np.conj])
 def test_a_set_of_the_other_sign_is_refused_by_peaks_and_warned_of_by_fits(wrong):
     frf = rb.FRF(LINES, wrong(SMALL.frf(LINES).H), TWO)

@@ -101,9 +101,14 @@ def test_a_machine_on_something_else_is_refused(fit):
             rb.error_bars(fit, rb.mount(ROTOR, BEARINGS, on=other))
 
 
-def test_a_level_beside_0_and_1_is_refused(fit, machine):
+def test_an_interval_reaches_1_96_deviations_to_either_side_and_a_level_beside_0_and_1_is_refused(fit, machine):
+    bars = rb.error_bars(fit, machine)
+    low, high = bars.interval(0.95)
+    np.testing.assert_allclose(high - bars.frequency, 1.959964 * bars.frequency_deviation, rtol=1e-6)
+    np.testing.assert_allclose(bars.frequency - low, 1.959964 * bars.frequency_deviation, rtol=1e-6)
+    np.testing.assert_allclose(bars.frequency, rb.hertz(bars.poles.imag))
     with pytest.raises(ValueError, match=r"level is 95: the probability of an interval lies between 0 and 1, 0\.95"):
-        rb.error_bars(fit, machine).interval(95)
+        bars.interval(95)
 
 
 @pytest.mark.slow
