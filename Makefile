@@ -20,7 +20,7 @@ BUILT := tests/test_book.py tests/test_live_page.py tests/test_accessibility.py 
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
-.PHONY: help book pdf test lab notebooks edges picture data crosscheck study bench speed fuzz lint format unit html wheel screenshots clean distclean
+.PHONY: help book pdf test lab notebooks edges picture data crosscheck study bench speed fuzz lint format unit slow html wheel screenshots clean distclean
 .NOTPARALLEL:
 
 help: ## list these targets
@@ -87,12 +87,17 @@ format: $(VENV)/dev.stamp ## let ruff put code and notebooks in order
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-unit: $(VENV)/dev.stamp ## the package's own tests
-	$(BIN)/pytest -m "not book"
+# Two workers; of each file all tests go to one of them, which makes what they share once.
+unit: $(VENV)/dev.stamp ## the package's own tests, but for the slow ones: some two minutes
+	$(BIN)/pytest -m "not book and not slow" --numprocesses 2 --dist loadfile
+
+slow: $(VENV)/dev.stamp ## the package's own tests that are long: whole studies, large files, kernels of Jupyter
+	$(BIN)/pytest -m "slow and not book" --numprocesses 2 --dist loadfile
 
 # atheris has wheels for Linux only; elsewhere Hypothesis does it alone
-fuzz: $(VENV)/dev.stamp ## damage files of each format 10 000 times: nothing but a ValueError may come of it (RBFOUND_FUZZ=n)
+fuzz: $(VENV)/dev.stamp ## damage files of each format 10 000 times: nothing but a ValueError may come of it; other cases each time (RBFOUND_FUZZ=n)
 	RBFOUND_FUZZ=$${RBFOUND_FUZZ:-2000} $(BIN)/pytest tests/test_fuzz.py
+	RBFOUND_FUZZ=$${RBFOUND_FUZZ:-2000} $(BIN)/pytest -m hypothesis
 	if $(BIN)/pip install --quiet --quiet "atheris>=3.0"; then $(BIN)/python tests/fuzz_atheris.py $${RBFOUND_FUZZ:-8000}; \
 	  else echo "atheris is not to be had here: fuzzing by coverage is left out."; fi
 

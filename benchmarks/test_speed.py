@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 import rbfound as rb
+from rbfound import rig
+from rbfound.averaging import spectra
 from rbfound.geometry import COARSE
-from rbfound.solid import foundation_solid, natural_modes
+from rbfound.solid import foundation_solid, natural_modes, reduce
 
 SPEEDS = np.linspace(0.0, 1000.0, 50)
 LINES = np.linspace(1.0, 1000.0, 500)
-MEASURED = Path(__file__).parents[1] / "data" / "foundation" / "fine"
+DATA = Path(__file__).parents[1] / "data" / "foundation"
+MEASURED, TRUTH = DATA / "fine", DATA / "truth.npz"
 
 Timed = Callable[[Callable[[Any], Any], Callable[[], Any]], Any]
 
@@ -44,3 +47,23 @@ def test_identification_of_the_foundation(timed: Timed) -> None:
 
 def test_modes_of_the_coarse_solid(timed: Timed) -> None:
     timed(lambda solid: natural_modes(solid, 12), lambda: foundation_solid(grid=COARSE))
+
+
+def test_mesh_to_receptances_of_the_working_solid(timed: Timed) -> None:
+    timed(lambda lines: reduce(foundation_solid()).frf(lines), lambda: np.arange(0.5, 1000.5, 0.5))
+
+
+def test_sixteen_frfs_measured_by_a_shaker(timed: Timed) -> None:
+    sensors = rig.Sensors(force_noise=0.1, response_noise=1e-3)
+    timed(
+        lambda truth: spectra(rig.shaker(truth, "random", sensors, seed=4), hann=True).h1(),
+        lambda: rb.load_foundation(TRUTH),
+    )
+
+
+def test_a_text_file_of_two_hundred_thousand_lines(timed: Timed, tmp_path: Path) -> None:
+    path = tmp_path / "long.csv"
+    pairs = [f"{i} from {j} {part} [m]" for i in ("x1", "y1") for j in ("x1", "y1") for part in ("re", "im")]
+    rows = (f"{k},1e-9,-2e-9,1e-9,-2e-9,1e-9,-2e-9,1e-9,-2e-9" for k in range(1, 200_001))
+    path.write_text("\n".join([",".join(["frequency [Hz]", *pairs]), *rows]))
+    timed(rb.load_frf, lambda: path)

@@ -6,6 +6,7 @@ Nothing in such a file is run: pickled arrays and MATLAB's objects are refused.
 import io
 import struct
 import tokenize
+import warnings
 import zipfile
 import zlib
 from collections.abc import Iterable
@@ -25,9 +26,10 @@ Complex = NDArray[np.complex128]
 
 # 64 FRFs on 500 000 lines [bytes]
 LARGEST_UNPACKED = 600_000_000
-# What numpy's own reader lets through when the heading of an array is damaged.
+# What numpy's own reader lets through when the heading of an array is damaged; it warns where the heading is one that
+# Python 2 may have written, and Python itself where it looks like a slip.
 HEADING: tuple[type[Exception], ...] = (SyntaxError, TypeError, KeyError, IndexError, OverflowError, struct.error)
-HEADING += (MemoryError, RecursionError, tokenize.TokenError)
+HEADING += (MemoryError, RecursionError, tokenize.TokenError, Warning)
 
 
 def read_npz(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:
@@ -60,7 +62,8 @@ def _array(archive: zipfile.ZipFile, member: str) -> NDArray[Any]:
     read = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}.get(version)
     if read is None:
         raise ValueError(f"{member} is written in version {version}, which is not known")
-    shape, _, dtype = read(start)
+    with warnings.catch_warnings(action="error"):
+        shape, _, dtype = read(start)
     if dtype.hasobject:
         raise ValueError(f"{member} holds pickled objects, which are not read")
     if prod(shape) * dtype.itemsize != len(content) - start.tell():

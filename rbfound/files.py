@@ -21,7 +21,7 @@ from rbfound.foundation import Foundation
 from rbfound.frf import FRF
 from rbfound.gathering import STATIC, Pair, gathered, seats_of
 from rbfound.quantities import parsed_unit, receptance, said_unit
-from rbfound.rows import decoded
+from rbfound.rows import decoded, reckoning
 from rbfound.textfiles import COLUMNS, Curve
 from rbfound.writing import aside, replaced, text_replaced
 
@@ -70,19 +70,20 @@ def load_frf(
         and phase that contradict real and imaginary part, a damaged or too large file. It names the file and the line.
     """
     path = Path(path)
-    hint = ""
-    notes: tuple[str, ...] = ()
-    if path.is_dir():
-        curves, hint = curves_of_folder(path, columns, pattern)
-    elif not path.is_file():
-        raise ValueError(f"{path} is not a folder nor a file: give the folder or the file that holds the FRFs.")
-    elif path.suffix.lower() in (".npz", ".mat"):
-        return _from_arrays(path, unit, quantity, force)
-    elif path.suffix.lower() in UNIVERSAL:
-        curves, notes = _universal(path)
-    else:
-        curves = curves_of_file(path, columns)
-    return gathered(curves, str(path), unit=unit, quantity=quantity, force=force, fill=fill, hint=hint, notes=notes)
+    with reckoning(path):
+        hint = ""
+        notes: tuple[str, ...] = ()
+        if path.is_dir():
+            curves, hint = curves_of_folder(path, columns, pattern)
+        elif not path.is_file():
+            raise ValueError(f"{path} is not a folder nor a file: give the folder or the file that holds the FRFs.")
+        elif path.suffix.lower() in (".npz", ".mat"):
+            return _from_arrays(path, unit, quantity, force)
+        elif path.suffix.lower() in UNIVERSAL:
+            curves, notes = _universal(path)
+        else:
+            curves = curves_of_file(path, columns)
+        return gathered(curves, str(path), unit=unit, quantity=quantity, force=force, fill=fill, hint=hint, notes=notes)
 
 
 def _universal(path: Path) -> tuple[dict[Pair, Curve], tuple[str, ...]]:
@@ -167,25 +168,28 @@ def load_foundation(path: str | os.PathLike[str]) -> Foundation:
         When it is no such file, is damaged, or holds what is no foundation. It names the file.
     """
     path = Path(path)
-    if not path.is_file():
-        raise ValueError(f"{path} is not a file: give the .npz, .json or .mat file that holds the foundation.")
-    if path.suffix == ".json":
-        text = decoded(path)
+    with reckoning(path):
+        if not path.is_file():
+            raise ValueError(f"{path} is not a file: give the .npz, .json or .mat file that holds the foundation.")
+        if path.suffix == ".json":
+            text = decoded(path)
+            try:
+                return from_json(text)
+            except ValueError as error:
+                raise ValueError(f"{path} is not a readable .json file of a foundation: {error}") from None
+        arrays = read_mat(path, PARTS) if path.suffix == ".mat" else read_npz(path, PARTS)
+        missing = [name for name in PARTS if name not in arrays]
+        if missing:
+            raise ValueError(f"{path} holds no foundation: {', '.join(missing)} is missing.")
         try:
-            return from_json(text)
+            if path.suffix == ".mat":
+                words = {
+                    name: np.array([t for t in texts(arrays[name]) if t], dtype=str) for name in ("labels", "notes")
+                }
+                arrays |= words
+            return from_arrays(arrays)
         except ValueError as error:
-            raise ValueError(f"{path} is not a readable .json file of a foundation: {error}") from None
-    arrays = read_mat(path, PARTS) if path.suffix == ".mat" else read_npz(path, PARTS)
-    missing = [name for name in PARTS if name not in arrays]
-    if missing:
-        raise ValueError(f"{path} holds no foundation: {', '.join(missing)} is missing.")
-    try:
-        if path.suffix == ".mat":
-            words = {name: np.array([t for t in texts(arrays[name]) if t], dtype=str) for name in ("labels", "notes")}
-            arrays |= words
-        return from_arrays(arrays)
-    except ValueError as error:
-        raise ValueError(f"{path} is not a readable {path.suffix} file of a foundation: {error}") from None
+            raise ValueError(f"{path} is not a readable {path.suffix} file of a foundation: {error}") from None
 
 
 def save_foundation(foundation: Foundation, path: str | os.PathLike[str]) -> None:

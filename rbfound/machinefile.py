@@ -29,7 +29,7 @@ from typing import Any
 from rbfound.coupling import Machine, mount
 from rbfound.files import load_foundation
 from rbfound.rotor import Bearing, Disk, Rotor, Shaft
-from rbfound.rows import decoded
+from rbfound.rows import decoded, reckoning
 from rbfound.units import from_rpm
 
 SHAFT = {
@@ -64,33 +64,34 @@ def load_machine(path: str | os.PathLike[str]) -> MachineFile:
         file, the line and the entry.
     """
     path = Path(path)
-    text = decoded(path)
-    try:
-        stored = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
-        raise ValueError(f"{path} is no TOML: {error}") from None
-    file = _File(path, text)
-    file.check(stored, TOP, (), ("speeds", "shaft", "bearing"))
-    shaft = stored["shaft"]
-    file.check(shaft, SHAFT, ("shaft",), ("length", "diameter"))
-    disks = file.items(stored, "disk", DISK, ("position", "mass"))
-    bearings = file.items(stored, "bearing", BEARING, ("position",))
-    speeds = stored["speeds"]
-    if len(speeds) != 2 or not 0 <= speeds[0] < speeds[1]:
-        raise file.error(
-            ("speeds",), f"is {speeds!r:.60}: give the lowest and the highest [rev/min], such as [0, 12000]"
-        )
-    with file.at("shaft"):
-        element = shaft.pop("element", 0.05)
-        made = Shaft(**shaft)
-    rotor = Rotor(made, file.built(disks, "disk", Disk), element)
-    on = None
-    if "foundation" in stored:
-        with file.at("foundation"):
-            on = load_foundation(path.parent / stored["foundation"])
-    with file.at("bearing"):
-        machine = mount(rotor, file.built(bearings, "bearing", Bearing), on)
-    return MachineFile(machine, (float(from_rpm(speeds[0])), float(from_rpm(speeds[1]))))
+    with reckoning(path):
+        text = decoded(path)
+        try:
+            stored = tomllib.loads(text)
+        except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
+            raise ValueError(f"{path} is no TOML: {error}") from None
+        file = _File(path, text)
+        file.check(stored, TOP, (), ("speeds", "shaft", "bearing"))
+        shaft = stored["shaft"]
+        file.check(shaft, SHAFT, ("shaft",), ("length", "diameter"))
+        disks = file.items(stored, "disk", DISK, ("position", "mass"))
+        bearings = file.items(stored, "bearing", BEARING, ("position",))
+        speeds = stored["speeds"]
+        if len(speeds) != 2 or not 0 <= speeds[0] < speeds[1]:
+            raise file.error(
+                ("speeds",), f"is {speeds!r:.60}: give the lowest and the highest [rev/min], such as [0, 12000]"
+            )
+        with file.at("shaft"):
+            element = shaft.pop("element", 0.05)
+            made = Shaft(**shaft)
+        rotor = Rotor(made, file.built(disks, "disk", Disk), element)
+        on = None
+        if "foundation" in stored:
+            with file.at("foundation"):
+                on = load_foundation(path.parent / stored["foundation"])
+        with file.at("bearing"):
+            machine = mount(rotor, file.built(bearings, "bearing", Bearing), on)
+        return MachineFile(machine, (float(from_rpm(speeds[0])), float(from_rpm(speeds[1]))))
 
 
 class _Place:

@@ -4,9 +4,10 @@ Nothing is taken for something else in silence: an unknown encoding, a comma tha
 separator, and a row that is not one of numbers are refused.
 """
 
+import contextlib
 import re
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,6 +43,16 @@ def listed(words: Iterable[str], most: int = 20) -> str:
     words = [word[:60] for word in words]
     more = f", ... ({len(words)} in all)" if len(words) > most else ""
     return ", ".join(words[:most]) + more
+
+
+@contextlib.contextmanager
+def reckoning(path: Path) -> Iterator[None]:
+    """Around all that is done with a file's numbers: where they overflow it is a ValueError, not numpy's warning."""
+    try:
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            yield
+    except (FloatingPointError, OverflowError) as error:
+        raise ValueError(f"{path} holds numbers too large or too small to reckon with ({error}).") from None
 
 
 def content_of(path: Path) -> bytes:

@@ -158,11 +158,14 @@ class System:
 
     def _check_rigid(self, rigid: Array, zeros: int, below: float) -> None:
         """Raise a ValueError unless the poles taken for zero are those of shapes (n, r) that no spring feels."""
-        K, size = self.K / (np.abs(self.K).max() or 1.0), np.abs(rigid)
+        largest = np.abs(self.K).max() or 1.0
+        K, size = self.K / largest, np.abs(rigid)
         energy = np.abs(np.einsum("nr,nm,mr->r", rigid, K, rigid))
         rounding = 1e3 * np.finfo(float).eps * np.einsum("nr,nm,mr->r", size, np.abs(K), size)
+        # the shapes have a mass of one: a mode has the energy omega^2, and no spring is felt only where it would show
+        drowned = rounding > float(radians(LOST)) ** 2 / largest
         # a rigid shape has two poles at zero, or one if it is damped
-        if below > HOPELESS or zeros > 2 * rigid.shape[1] or (energy > rounding).any():
+        if below > HOPELESS or zeros > 2 * rigid.shape[1] or (energy > rounding).any() or drowned.any():
             raise ValueError(
                 f"Stiffness and damping reach over too many orders of magnitude: modes below {below:.2g} Hz drown in "
                 f"rounding. The largest entry of K is {np.abs(self.K).max():.2g}, of C {np.abs(self.C).max():.2g}: "

@@ -101,7 +101,7 @@ def test_one_viscous_mode_comes_back_exactly(through):
     assert fit.spread < 1e-10
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     zeta=st.floats(0.002, 0.2),
     f_n=st.floats(60.0, 200.0),

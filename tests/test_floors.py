@@ -3,8 +3,10 @@
 import ast
 import inspect
 import json
+import math
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -154,8 +156,14 @@ DOORS = {"files": {"rbfound.uff"}, "command": {"rbfound.reportpage"}}
 MODULES = sorted(path.stem for path in PACKAGE.glob("*.py") if path.stem != "__init__")
 
 
+@cache
 def tree_of(module):
     return ast.parse((PACKAGE / f"{module}.py").read_text(encoding="utf-8"))
+
+
+@cache
+def nodes_of(tree):
+    return list(ast.walk(tree))
 
 
 def stub_imports():
@@ -166,7 +174,7 @@ def stub_imports():
 
 def imports_of(tree):
     """(full name, node) of each module that a tree imports; `from rbfound import x` counts as rbfound.x."""
-    for node in ast.walk(tree):
+    for node in nodes_of(tree):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 yield alias.name, node
@@ -183,39 +191,49 @@ def test_every_module_has_a_floor():
     assert set(MODULES) <= set(FLOORS), "give the new module a floor"
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_a_module_imports_from_lower_floors_only(module):
-    for name, node in imports_of(tree_of(module)):
-        if name.split(".")[0] == "rbfound":
-            imported = name.split(".")[1] if "." in name else "rbfound itself"
-            assert imported in FLOORS, f"{module}.py, line {node.lineno}: imports {name}"
-            here, there = FLOORS[module], FLOORS[imported]
-            assert there < here, f"{module}.py, line {node.lineno}: floor {here} imports {imported} of floor {there}"
+def test_every_module_imports_from_lower_floors_only():
+    faults = []
+    for module in MODULES:
+        for name, node in imports_of(tree_of(module)):
+            if name.split(".")[0] == "rbfound":
+                imported = name.split(".")[1] if "." in name else "rbfound itself"
+                here, there = FLOORS[module], FLOORS.get(imported, math.inf)
+                if there >= here:
+                    faults.append(f"{module}.py, line {node.lineno}: floor {here} imports {imported} of floor {there}")
+    assert not faults, "\n".join(faults)
 
 
-@pytest.mark.parametrize("module", [*MODULES, "__init__"])
-def test_imports_stand_at_the_top_of_a_module(module):
-    tree = tree_of(module)
-    top = {id(node) for node in tree.body}
-    doors = DOORS.get(module, set())
-    inside = [node.lineno for name, node in imports_of(tree) if id(node) not in top and name not in doors]
-    assert not inside, f"{module}.py imports inside a function or a branch on lines {inside}"
-    # of what it offers, the package itself imports by name what is asked for, and nothing else does
-    calls = [
-        node.lineno
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Name | ast.Attribute)
-        and (getattr(node, "id", None) or getattr(node, "attr", None)) in ("__import__", "import_module")
-    ]
-    assert not calls or module == "__init__", f"{module}.py imports by name on lines {calls}"
+def test_imports_stand_at_the_top_of_a_module():
+    faults = []
+    for module in (*MODULES, "__init__"):
+        tree = tree_of(module)
+        top = set(tree.body)
+        doors = DOORS.get(module, set())
+        faults += [
+            f"{module}.py, line {node.lineno}: imports {name} inside a function or a branch"
+            for name, node in imports_of(tree)
+            if node not in top and name not in doors
+        ]
+        # of what it offers, the package itself imports by name what is asked for, and nothing else does
+        faults += [
+            f"{module}.py, line {node.lineno}: imports by name"
+            for node in nodes_of(tree)
+            if isinstance(node, ast.Name | ast.Attribute)
+            and (getattr(node, "id", None) or getattr(node, "attr", None)) in ("__import__", "import_module")
+            and module != "__init__"
+        ]
+    assert not faults, "\n".join(faults)
 
 
-@pytest.mark.parametrize("module", [*MODULES, "__init__"])
-def test_only_the_module_of_an_extra_imports_it(module):
-    allowed = {"numpy", "scipy", "rbfound"} | {package for package, users in EXTRAS.items() if module in users}
-    for name, node in imports_of(tree_of(module)):
-        package = name.split(".")[0]
-        assert package in allowed or package in sys.stdlib_module_names, f"{module}.py, line {node.lineno}: {name}"
+def test_only_the_module_of_an_extra_imports_it():
+    faults = []
+    for module in (*MODULES, "__init__"):
+        allowed = {"numpy", "scipy", "rbfound"} | {package for package, users in EXTRAS.items() if module in users}
+        for name, node in imports_of(tree_of(module)):
+            package = name.split(".")[0]
+            if package not in allowed and package not in sys.stdlib_module_names:
+                faults.append(f"{module}.py, line {node.lineno}: {name}")
+    assert not faults, "\n".join(faults)
 
 
 def test_no_public_name_comes_from_a_module_of_an_extra():
@@ -280,37 +298,38 @@ def test_no_module_bears_the_name_of_a_public_function():
     assert not functions & set(MODULES)
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_no_module_defines_a_function_of_its_own_name(module):
+def test_no_module_defines_a_function_of_its_own_name():
     # `from rbfound.whirl import whirl` and `from rbfound import whirl` would be two things
-    names = {node.name for node in tree_of(module).body if isinstance(node, ast.FunctionDef | ast.ClassDef)}
-    assert module not in names
+    for module in MODULES:
+        names = {node.name for node in tree_of(module).body if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+        assert module not in names
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_every_public_function_class_and_method_has_a_docstring(module):
-    tree = tree_of(module)
-    assert ast.get_docstring(tree), f"{module}.py has no docstring"
-    bare = []
-    for node in tree.body:
-        if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
-            # a subclass's methods are told of by the class that they come from
-            inner = node.body if isinstance(node, ast.ClassDef) and not node.bases else []
-            methods = [n for n in inner if isinstance(n, ast.FunctionDef) and not n.name.startswith("_")]
-            bare += [f"{n.name} on line {n.lineno}" for n in (node, *methods) if not ast.get_docstring(n)]
-    assert not bare, f"{module}.py: no docstring for {', '.join(bare)}"
+def test_every_module_and_public_function_class_and_method_has_a_docstring():
+    faults = []
+    for module in MODULES:
+        tree = tree_of(module)
+        public = [tree]
+        for node in tree.body:
+            if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
+                # a subclass's methods are told of by the class that they come from
+                inner = node.body if isinstance(node, ast.ClassDef) and not node.bases else []
+                methods = [n for n in inner if isinstance(n, ast.FunctionDef) and not n.name.startswith("_")]
+                public += [node, *methods]
+        faults += [f"{module}.py: {getattr(n, 'name', 'the module')}" for n in public if not ast.get_docstring(n)]
+    assert not faults, "\n".join(faults)
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_no_module_hides_errors_or_prints(module):
+def test_no_module_hides_errors_or_prints():
     # a bare except, a print and a silenced warning are the ways in which a result goes wrong unseen
-    for node in ast.walk(tree_of(module)):
-        assert not (isinstance(node, ast.ExceptHandler) and node.type is None), f"{module}.py, line {node.lineno}"
-        if isinstance(node, ast.Call):
-            called = ast.unparse(node.func)
-            assert called not in ("print", "warnings.simplefilter", "warnings.filterwarnings"), (
-                f"{module}.py, line {node.lineno}: {called}"
-            )
+    hiding = ("print", "warnings.simplefilter", "warnings.filterwarnings")
+    faults = []
+    for module in MODULES:
+        for node in nodes_of(tree_of(module)):
+            bare = isinstance(node, ast.ExceptHandler) and node.type is None
+            if bare or (isinstance(node, ast.Call) and ast.unparse(node.func) in hiding):
+                faults.append(f"{module}.py, line {node.lineno}")
+    assert not faults, "\n".join(faults)
 
 
 def test_only_units_knows_that_a_turn_is_2_pi_and_a_minute_60_seconds():
@@ -318,7 +337,7 @@ def test_only_units_knows_that_a_turn_is_2_pi_and_a_minute_60_seconds():
     for module in MODULES:
         if module == "units":
             continue
-        for node in ast.walk(tree_of(module)):
+        for node in nodes_of(tree_of(module)):
             if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult | ast.Div):
                 assert ast.unparse(node) not in ("2 * np.pi", "np.pi * 2", "2.0 * np.pi"), f"{module}.py, {node.lineno}"
 

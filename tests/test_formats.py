@@ -5,6 +5,7 @@ import struct
 import zipfile
 import zlib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -336,3 +337,5 @@ def test_a_universal_file_that_contradicts_itself_or_points_along_z_is_refused(t
     assert "in direction 3: seats move along X (1) and Y (2)" in error_of(tmp_path / "b.uff")
     (tmp_path / "c.uff").write_text("    -1\n   151\nnothing\n    -1\n")
     assert "c.uff" in error_of(tmp_path / "c.uff")
+    backwards = SimpleNamespace(frequency=LINES[::-1], H=FRFS.H[::-1])
+    assert "x1 from x1: frequency" in error_of(universal(tmp_path / "d.uff", backwards))

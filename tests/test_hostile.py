@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import rbfound as rb
@@ -40,10 +40,12 @@ def test_a_bearing_of_no_stiffness_leaves_the_foundation_as_it_is_and_the_rotor_
         np.testing.assert_allclose(lowest(k, c=0.0), both[:5], rtol=1e-6)
 
 
-@settings(deadline=None, max_examples=15)
+@settings(max_examples=15)
 @given(st.floats(11, 300))
+@example(17.3)  # here every spring but the bearings was less than their rounding, and all that it held passed for free
 def test_a_stiffer_and_stiffer_bearing_ends_at_the_rigid_one_or_is_refused(exponent):
-    # 1e-3 is what 1e11 N/m lacks of rigid; rounding adds 1e-4 where it is not refused
+    # 1e-3 is what 1e11 N/m lacks of rigid. Rounding adds 1e-5 where it is not refused, below 3e14 N/m: entries of many
+    # sizes are balanced before eigenvalues are found, so that the slow ones suffer less than `System.rounding` fears
     rigid = lowest(1e12)
     found = answer(lowest, 10.0**exponent)
     if isinstance(found, str):
@@ -59,7 +61,7 @@ def test_damping_that_drowns_every_mode_is_refused(c):
         lowest(1e8, c)
 
 
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 @given(st.floats(-14, -2))
 def test_a_short_segment_changes_nothing_or_is_refused(exponent):
     def frequencies(lengths):
@@ -102,7 +104,7 @@ def test_stiffness_and_damping_that_drive_show_as_what_they_are():
     assert body.definiteness()["K"] < 0
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.floats(-9, 9), st.floats(-9, 9))
 def test_other_units_of_mass_and_length_change_no_frequency(mass, length):
     """Tons and millimetres, or whatever: M, C and K all scale with the mass, B with the length."""
@@ -142,7 +144,6 @@ def test_noise_alone_is_refused_or_called_unsure(seed):
         assert any(note.startswith("Warning") for note in found.notes)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("wrong", [np.negative, np.conj])
 def test_a_set_of_the_other_sign_is_refused_by_peaks_and_warned_of_by_fits(wrong):
     frf = rb.FRF(LINES, wrong(SMALL.frf(LINES).H), TWO)
@@ -168,7 +169,7 @@ def test_a_singular_phi_is_refused_whichever_way_it_is_singular():
             rb.equivalent_matrices(phi, [100.0, 200.0], [0.01, 0.01], TWO)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.floats(-14, 0))
 def test_a_phi_near_to_singular_says_its_condition_or_is_refused(exponent):
     phi = [[1.0, 1.0], [0.0, 10.0**exponent]]

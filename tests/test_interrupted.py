@@ -1,4 +1,4 @@
-"""Ctrl-C on long work: it ends soon, leaves no process and no half of a file behind, and goes on from where it was."""
+"""Ctrl-C on long work: it ends early, leaves no process and no half of a file behind, and goes on from where it was."""
 
 import os
 import signal
@@ -9,8 +9,9 @@ import time
 import numpy as np
 import pytest
 
-# Tasks of a hundredth of a second end within a second; starting and joining processes on a busy machine takes its time.
-SOON = 15.0
+# Tasks of a hundredth of a second end within a second, all three thousand of them in minutes: what takes no notice of
+# an interrupt is not waited for [s].
+PATIENCE = 60
 WORK = """
 import signal
 import sys
@@ -45,7 +46,7 @@ if __name__ == "__main__":
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="this test interrupts processes as POSIX does")
 @pytest.mark.parametrize(("way", "all_of_them"), [("here", True), ("processes", True), ("processes", False)])
-def test_an_interrupted_monte_carlo_ends_soon_leaves_nothing_and_goes_on(way, all_of_them, tmp_path, monkeypatch):
+def test_an_interrupted_monte_carlo_ends_early_leaves_nothing_and_goes_on(way, all_of_them, tmp_path, monkeypatch):
     """A terminal's Ctrl-C reaches the workers too; a signal of another program only the process that it is sent to."""
     (tmp_path / "work.py").write_text(WORK)
     kept = tmp_path / "kept" / "poles.npz"
@@ -56,10 +57,8 @@ def test_an_interrupted_monte_carlo_ends_soon_leaves_nothing_and_goes_on(way, al
         while not kept.exists() or "of 3000" not in (tmp_path / "said").read_text():
             assert work.poll() is None, (tmp_path / "said").read_text()
             time.sleep(0.05)
-        start = time.monotonic()
         (os.killpg if all_of_them else os.kill)(work.pid, signal.SIGINT)
-        assert work.wait(timeout=60) != 0
-        assert time.monotonic() - start < SOON
+        assert work.wait(timeout=PATIENCE) != 0
     said = (tmp_path / "said").read_text()
     assert "KeyboardInterrupt" in said
     with pytest.raises(ProcessLookupError):
@@ -67,6 +66,7 @@ def test_an_interrupted_monte_carlo_ends_soon_leaves_nothing_and_goes_on(way, al
         os.killpg(work.pid, 0)
     assert [path.name for path in kept.parent.iterdir()] == ["poles.npz"]
     found = np.load(kept)["poles"]
+    assert 0 < len(found) < 3_000
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "work", raising=False)
     from work import asked

@@ -143,13 +143,13 @@ SHORT = np.arange(20.0, 601.0, 2.0)
 FEW = known([62.0, 150.0, 240.0, 400.0])
 
 
-@settings(max_examples=5, deadline=None, derandomize=True)
+@settings(max_examples=5)
 @given(seed=st.integers(0, 10**6), level=st.sampled_from([0.01, 0.1, 0.3]))
 def test_whatever_the_noise_the_foundation_is_reciprocal_and_passive(seed, level):
     assert_passive(rb.identify(noisy(FEW.frf(SHORT), level, seed)))
 
 
-@settings(max_examples=4, deadline=None, derandomize=True)
+@settings(max_examples=4)
 @given(seed=st.integers(0, 10**6), order=st.permutations(range(4)), unit=st.sampled_from([1e-3, 1e3]))
 def test_units_scale_the_shapes_and_seats_may_change_places(seed, order, unit):
     frf = noisy(FEW.frf(SHORT), 0.01, seed)

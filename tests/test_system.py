@@ -265,7 +265,7 @@ def test_a_system_keeps_the_arrays_that_it_was_given_unchanged():
 entries = st.floats(min_value=-10, max_value=10).map(lambda x: round(x, 3))
 
 
-@settings(derandomize=True, max_examples=60)
+@settings(max_examples=60)
 @given(arrays(float, (4, 3), elements=entries), st.floats(0.1, 10), st.floats(0, 6.28))
 def test_the_mac_lies_between_0_and_1_and_ignores_length_and_phase(A, size, phase):
     # Cauchy-Schwarz; a complex factor of a column cancels

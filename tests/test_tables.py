@@ -32,7 +32,7 @@ def test_a_number_has_four_significant_digits(value, text):
     assert number(value) == text
 
 
-@settings(derandomize=True, max_examples=200)
+@settings(max_examples=200)
 @given(st.floats(min_value=1e-12, max_value=1e12), st.integers(2, 8), st.booleans())
 def test_a_printed_number_is_within_half_a_unit_of_its_last_digit(value, digits, negative):
     # n significant digits: the relative error is at most 0.5 * 10^(1 - n); a little above it for binary rounding
@@ -77,7 +77,7 @@ def test_more_digits_are_printed_when_asked_for():
     assert rb.table({"f": [np.pi]}, digits=7).splitlines()[1] == "3.141593"
 
 
-@settings(derandomize=True, max_examples=200)
+@settings(max_examples=200)
 @given(st.floats(min_value=1e-11, max_value=1e3))
 def test_a_bound_is_a_power_of_ten_three_to_thirty_times_the_residual(value):
     text = rb.bound(value)

@@ -22,7 +22,7 @@ def test_a_grid_speed_of_3000_revolutions_a_minute_is_100_pi():
     np.testing.assert_allclose(rb.hertz(rb.from_rpm(3000)), 50.0, rtol=1e-15)
 
 
-@settings(derandomize=True, max_examples=100)
+@settings(max_examples=100)
 @given(values)
 def test_there_and_back_gives_the_same_number(value):
     # two roundings there, two back, each of half a unit in the last place

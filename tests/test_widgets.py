@@ -13,18 +13,23 @@ widgets = pytest.importorskip("rbfound.widgets", reason="widgets need anywidget:
 DATA = Path(__file__).resolve().parent.parent / "data" / "foundation"
 
 
+@pytest.fixture(scope="module")
+def fine() -> rb.FRF:
+    return rb.load_frf(DATA / "fine")
+
+
 @pytest.fixture
-def picker() -> "widgets.PeakPicker":
+def picker(fine: rb.FRF) -> "widgets.PeakPicker":
     truth = rb.load_foundation(DATA / "truth.npz")
-    return widgets.peak_picker(rb.load_frf(DATA / "fine"), thesis.rotor(), thesis.bearings(), truth)
+    return widgets.peak_picker(fine, thesis.rotor(), thesis.bearings(), truth)
 
 
-def test_peaks_set_in_a_cell_give_the_foundation_of_pmsm(picker: "widgets.PeakPicker") -> None:
+def test_peaks_set_in_a_cell_give_the_foundation_of_pmsm(picker: "widgets.PeakPicker", fine: rb.FRF) -> None:
     picker.peaks = [159.5, 480.0, 626.0, 343.0]
     assert picker.peaks[0] == {"seat": "x1", "frequency": 159.5, "damping": None}
     damping = picker.picked.peaks.damping
-    frf, peaks = rb.load_frf(DATA / "fine"), rb.Peaks(np.array([159.5, 480.0, 626.0, 343.0]), damping)
-    same, condition = rb.pmsm(frf, peaks), rb.pseudo_modes(frf, peaks).condition
+    peaks = rb.Peaks(np.array([159.5, 480.0, 626.0, 343.0]), damping)
+    same, condition = rb.pmsm(fine, peaks), rb.pseudo_modes(fine, peaks).condition
     np.testing.assert_array_equal(picker.foundation.K, same.K)
     assert picker.message == ""
     told = "Peak picker, PMSM: x1 159.5, y1 480.0, x2 626.0, y2 343.0 Hz, cond(Phi) "

@@ -49,9 +49,10 @@ def spans(text: str) -> set[int]:
     return found
 
 
-def named(text: str, word: str) -> set[int]:
+@cache
+def named(text: str, word: str) -> frozenset[int]:
     """The numbers that a text gives after a word: equation(s), table(s) or figure(s)."""
-    return {n for match in re.findall(rf"\b{word}s? {SPANS}", text, re.IGNORECASE) for n in spans(match)}
+    return frozenset(n for match in re.findall(rf"\b{word}s? {SPANS}", text, re.IGNORECASE) for n in spans(match))
 
 
 @cache
@@ -150,7 +151,7 @@ def source(file: str) -> str:
 def tests_that_name(number: int, word: str) -> tuple[str, ...]:
     """Test files whose text has the number; the test of this map has some only to try it out."""
     files = sorted(set(ROOT.glob("tests/test_*.py")) - {ROOT / "tests" / "test_map.py"})
-    return tuple(path.stem for path in files if number in named(path.read_text(encoding="utf-8"), word))
+    return tuple(path.stem for path in files if number in named(source(path.stem), word))
 
 
 @cache
