@@ -20,7 +20,7 @@ BUILT := tests/test_book.py tests/test_live_page.py tests/test_accessibility.py 
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
-.PHONY: help book pdf test lab notebooks picture data crosscheck study bench speed fuzz lint format unit html wheel screenshots clean distclean
+.PHONY: help book pdf test lab notebooks picture data crosscheck study bench speed fuzz lint format unit nbval pages html wheel screenshots clean distclean
 .NOTPARALLEL:
 
 help: ## list these targets
@@ -29,7 +29,7 @@ help: ## list these targets
 # `make book OFFLINE=1` packs what the pages take from CDNs into the book; PYODIDE=folder has Python's part, if not its CDN.
 ifdef OFFLINE
 export RBFOUND_OFFLINE := $(abspath _build/offline)
-html: $(RBFOUND_OFFLINE)/offline.stamp
+html: _build/offline/offline.stamp
 endif
 
 book: $(VENV)/book.stamp html ## install, run and build the book, and say where to open it (OFFLINE=1: it needs no network)
@@ -37,9 +37,9 @@ book: $(VENV)/book.stamp html ## install, run and build the book, and say where 
 	@echo "The book is ready. Open this file in a browser:"
 	@echo "  $(abspath _build/html/index.html)"
 
-test: $(VENV)/dev.stamp lint unit wheel html ## install, and run every check there is
-	$(BIN)/pytest --nbval --numprocesses 2 --dist loadfile $(NOTEBOOKS)
-	$(BIN)/pytest $(BUILT)
+# A part that fails hides none after it; what failed is told at the end.
+test: $(VENV)/dev.stamp ## install, and run every check there is: lint, unit, wheel, html, nbval, pages
+	MAKE="$(MAKE)" $(BIN)/python tools/everything.py
 
 lab: $(VENV)/book.stamp ## open the notebooks in JupyterLab
 	$(BIN)/jupyter lab notebooks
@@ -93,11 +93,17 @@ fuzz: $(VENV)/dev.stamp ## damage files of each format 10 000 times: nothing but
 	if $(BIN)/pip install --quiet --quiet "atheris>=3.0"; then $(BIN)/python tests/fuzz_atheris.py $${RBFOUND_FUZZ:-8000}; \
 	  else echo "atheris is not to be had here: fuzzing by coverage is left out."; fi
 
+nbval: $(VENV)/dev.stamp ## run the notebooks, and compare with their committed outputs
+	$(BIN)/pytest --nbval --numprocesses 2 --dist loadfile $(NOTEBOOKS)
+
+pages: $(VENV)/dev.stamp ## test the pages that `make book` has built, in a browser
+	$(BIN)/pytest --numprocesses 2 --dist loadfile $(BUILT)
+
 # Every page is read again; a notebook is run when it, the package, the data or the environment has changed (book/_ext/kept_runs.py).
 html: $(VENV)/book.stamp # a warning is an error
 	$(BIN)/jupyter-book build . --all -W --keep-going
 
-$(abspath _build/offline)/offline.stamp: $(VENV)/book.stamp tools/offline.py
+_build/offline/offline.stamp: $(VENV)/book.stamp tools/offline.py
 	$(BIN)/python tools/offline.py $(@D) $(if $(PYODIDE),--pyodide $(PYODIDE)) $(if $(PACKAGES),--packages $(PACKAGES))
 	@touch $@
 
