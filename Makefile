@@ -20,7 +20,7 @@ BUILT := tests/test_book.py tests/test_live_page.py tests/test_accessibility.py 
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
-.PHONY: help book pdf test lab notebooks picture data crosscheck study bench speed fuzz lint format unit nbval pages html wheel screenshots clean distclean
+.PHONY: help book pdf test lab notebooks picture data crosscheck study bench speed fuzz lint format unit nbval pages portable html wheel screenshots clean distclean
 .NOTPARALLEL:
 
 help: ## list these targets
@@ -99,6 +99,9 @@ nbval: $(VENV)/dev.stamp ## run the notebooks, and compare with their committed 
 pages: $(VENV)/dev.stamp ## test the pages that `make book` has built, in a browser
 	$(BIN)/pytest --numprocesses 2 --dist loadfile $(BUILT)
 
+portable: $(VENV)/dev.stamp ## unit and nbval once for each kind of processor that this one can play (KERNEL=one, say Haswell)
+	$(BIN)/python tools/kernels.py $(if $(KERNEL),--only $(KERNEL))
+
 # Every page is read again; a notebook is run when it, the package, the data or the environment has changed (book/_ext/kept_runs.py).
 html: $(VENV)/book.stamp # a warning is an error
 	$(BIN)/jupyter-book build . --all -W --keep-going
@@ -132,13 +135,13 @@ $(VENV)/venv.stamp:
 	@touch $@
 
 # A kernel says at each start that it talks to the notebook without encryption; both are on this machine.
-KERNEL := $(VENV)/etc/ipython/ipython_kernel_config.py
+KERNEL_SETTINGS := $(VENV)/etc/ipython/ipython_kernel_config.py
 
 # Building matplotlib's font list takes seconds and says so on stderr: once here, rather than in a notebook's cell.
 $(VENV)/book.stamp: $(VENV)/venv.stamp pyproject.toml
 	@echo "Installing into $(VENV): a minute or two the first time."
 	$(BIN)/pip install --quiet --quiet --editable ".[book]"
-	@mkdir -p $(dir $(KERNEL)) && echo 'get_config().IPKernelApp.log_level = "ERROR"' > $(KERNEL)
+	@mkdir -p $(dir $(KERNEL_SETTINGS)) && echo 'get_config().IPKernelApp.log_level = "ERROR"' > $(KERNEL_SETTINGS)
 	$(BIN)/python -c "import matplotlib.font_manager"
 	@touch $@
 
