@@ -1,8 +1,10 @@
 """One machine plays several kinds of processors: which it can play, and that it plays the one that it was asked for."""
 
 import platform
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import kernels
 import pytest
@@ -54,6 +56,12 @@ def test_a_library_that_plays_another_kind_is_named() -> None:
 def test_the_table_has_kinds_down_and_parts_across() -> None:
     told = table({"Prescott": {"unit": "passed", "nbval": "FAILED"}, "Haswell": {"unit": "passed", "nbval": "passed"}})
     assert told.splitlines() == ["          unit    nbval", "Prescott  passed  FAILED", "Haswell   passed  passed"]
+
+
+def test_the_workflow_has_a_job_for_each_kind() -> None:
+    workflow = (Path(kernels.__file__).parent.parent / ".github" / "workflows" / "book.yml").read_text(encoding="utf-8")
+    (jobs,) = re.findall(r"kernel: \[(.+)\]", workflow)
+    assert {*jobs.split(", "), kernels.OWN} == set(kernels.KINDS)
 
 
 @pytest.mark.skipif(
