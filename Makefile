@@ -15,12 +15,13 @@ export JUPYTER_PREFER_ENV_PATH := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONPATH MPLBACKEND
 
-# These tests open what has been built.
-BUILT := tests/test_book.py tests/test_live_page.py tests/test_accessibility.py tests/test_offline.py
+# These tests open what has been built, and the picker in a browser.
+BUILT := tests/test_book.py tests/test_live_page.py tests/test_accessibility.py tests/test_offline.py \
+  tests/test_picker_page.py tests/test_picker_lab.py
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
-.PHONY: help book pdf test lab notebooks picture data crosscheck study bench speed fuzz lint format unit nbval pages portable html wheel screenshots clean distclean
+.PHONY: help book pdf test lab notebooks picture data crosscheck study bench speed latency fuzz lint format unit nbval pages pyodide portable html wheel screenshots clean distclean
 .NOTPARALLEL:
 
 help: ## list these targets
@@ -72,6 +73,9 @@ speed: benchmarks/.venv/bench.stamp ## time what is used most beside all runs be
 	  --benchmark-timer=time.process_time --benchmark-columns=median,iqr,rounds --benchmark-sort=fullname \
 	  --benchmark-save=$(or $(AT),now) --benchmark-compare
 
+latency: $(VENV)/dev.stamp ## time how soon the built live page answers in a browser
+	$(BIN)/python benchmarks/pages.py
+
 study: $(VENV)/book.stamp ## identify two hundred noisy measurements: errors, and how often the error bars hold (15 minutes; an interrupt loses nothing)
 	$(BIN)/python tools/study.py
 
@@ -106,8 +110,12 @@ portable: $(VENV)/dev.stamp ## unit and nbval once for each kind of processor th
 html: $(VENV)/book.stamp # a warning is an error
 	$(BIN)/jupyter-book build . --all -W --keep-going
 
+# `make pages` needs it for the pages that compute; without it their tests are skipped. PYODIDE=folder as above.
+pyodide: $(VENV)/dev.stamp ## fetch Python for the pages, some 50 MB, and check it against its list: for make pages
+	$(BIN)/python tools/offline.py --only-pyodide _build/pyodide $(if $(PYODIDE),--pyodide "$(PYODIDE)")
+
 _build/offline/offline.stamp: $(VENV)/book.stamp tools/offline.py
-	$(BIN)/python tools/offline.py $(@D) $(if $(PYODIDE),--pyodide $(PYODIDE)) $(if $(PACKAGES),--packages $(PACKAGES))
+	$(BIN)/python tools/offline.py $(@D) $(if $(PYODIDE),--pyodide "$(PYODIDE)") $(if $(PACKAGES),--packages "$(PACKAGES)")
 	@touch $@
 
 pdf: $(VENV)/dev.stamp html ## the book as one PDF, _build/pdf/book.pdf (needs Chromium)
