@@ -15,12 +15,14 @@ export JUPYTER_PREFER_ENV_PATH := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONPATH MPLBACKEND
 
-# These tests open what has been built.
-BUILT := tests/test_book.py tests/test_live_page.py tests/test_accessibility.py tests/test_offline.py
+# These tests open what has been built, and the picker in a browser.
+BUILT := tests/test_book.py tests/test_live_page.py tests/test_accessibility.py tests/test_offline.py \
+  tests/test_picker_page.py tests/test_picker_lab.py
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
-.PHONY: help book pdf test lab notebooks edges picture data crosscheck study bench speed fuzz lint format unit slow html wheel screenshots clean distclean
+.PHONY: help book pdf test lab notebooks edges picture data crosscheck study bench speed latency fuzz lint format unit slow nbval pages pyodide \
+  portable html wheel screenshots clean distclean
 .NOTPARALLEL:
 
 help: ## list these targets
@@ -29,7 +31,7 @@ help: ## list these targets
 # `make book OFFLINE=1` packs what the pages take from CDNs into the book; PYODIDE=folder has Python's part, if not its CDN.
 ifdef OFFLINE
 export RBFOUND_OFFLINE := $(abspath _build/offline)
-html: $(RBFOUND_OFFLINE)/offline.stamp
+html: _build/offline/offline.stamp
 endif
 
 book: $(VENV)/book.stamp html ## install, run and build the book, and say where to open it (OFFLINE=1: it needs no network)
@@ -37,9 +39,9 @@ book: $(VENV)/book.stamp html ## install, run and build the book, and say where 
 	@echo "The book is ready. Open this file in a browser:"
 	@echo "  $(abspath _build/html/index.html)"
 
-test: $(VENV)/dev.stamp lint unit wheel html ## install, and run every check there is
-	$(BIN)/pytest --nbval --numprocesses 2 --dist loadfile $(NOTEBOOKS)
-	$(BIN)/pytest $(BUILT)
+# A part that fails hides none after it; what failed is told at the end.
+test: $(VENV)/dev.stamp ## install, and run every check there is: lint, unit, wheel, html, nbval, pages
+	MAKE="$(MAKE)" $(BIN)/python tools/everything.py
 
 lab: $(VENV)/book.stamp ## open the notebooks in JupyterLab
 	$(BIN)/jupyter lab notebooks
@@ -72,6 +74,9 @@ speed: benchmarks/.venv/bench.stamp ## time what is used most beside all runs be
 	  --benchmark-timer=time.process_time --benchmark-columns=median,iqr,rounds --benchmark-sort=fullname \
 	  --benchmark-save=$(or $(AT),now) --benchmark-compare
 
+latency: $(VENV)/dev.stamp ## time how soon the built live page answers in a browser
+	$(BIN)/python benchmarks/pages.py
+
 study: $(VENV)/book.stamp ## identify two hundred noisy measurements: errors, and how often the error bars hold (15 minutes; an interrupt loses nothing)
 	$(BIN)/python tools/study.py
 
@@ -101,12 +106,25 @@ fuzz: $(VENV)/dev.stamp ## damage files of each format 10 000 times: nothing but
 	if $(BIN)/pip install --quiet --quiet "atheris>=3.0"; then $(BIN)/python tests/fuzz_atheris.py $${RBFOUND_FUZZ:-8000}; \
 	  else echo "atheris is not to be had here: fuzzing by coverage is left out."; fi
 
+nbval: $(VENV)/dev.stamp ## run the notebooks, and compare with their committed outputs
+	$(BIN)/pytest --nbval --numprocesses 2 --dist loadfile $(NOTEBOOKS)
+
+pages: $(VENV)/dev.stamp ## test the pages that `make book` has built, in a browser
+	$(BIN)/pytest --numprocesses 2 --dist loadfile $(BUILT)
+
+portable: $(VENV)/dev.stamp ## unit and nbval once for each kind of processor that this one can play (KERNEL=one, say Haswell)
+	$(BIN)/python tools/kernels.py $(if $(KERNEL),--only $(KERNEL))
+
 # Every page is read again; a notebook is run when it, the package, the data or the environment has changed (book/_ext/kept_runs.py).
 html: $(VENV)/book.stamp # a warning is an error
 	$(BIN)/jupyter-book build . --all -W --keep-going
 
-$(abspath _build/offline)/offline.stamp: $(VENV)/book.stamp tools/offline.py
-	$(BIN)/python tools/offline.py $(@D) $(if $(PYODIDE),--pyodide $(PYODIDE)) $(if $(PACKAGES),--packages $(PACKAGES))
+# `make pages` needs it for the pages that compute; without it their tests are skipped. PYODIDE=folder as above.
+pyodide: $(VENV)/dev.stamp ## fetch Python for the pages, some 50 MB, and check it against its list: for make pages
+	$(BIN)/python tools/offline.py --only-pyodide _build/pyodide $(if $(PYODIDE),--pyodide "$(PYODIDE)")
+
+_build/offline/offline.stamp: $(VENV)/book.stamp tools/offline.py
+	$(BIN)/python tools/offline.py $(@D) $(if $(PYODIDE),--pyodide "$(PYODIDE)") $(if $(PACKAGES),--packages "$(PACKAGES)")
 	@touch $@
 
 pdf: $(VENV)/dev.stamp html ## the book as one PDF, _build/pdf/book.pdf (needs Chromium)
@@ -134,13 +152,13 @@ $(VENV)/venv.stamp:
 	@touch $@
 
 # A kernel says at each start that it talks to the notebook without encryption; both are on this machine.
-KERNEL := $(VENV)/etc/ipython/ipython_kernel_config.py
+KERNEL_SETTINGS := $(VENV)/etc/ipython/ipython_kernel_config.py
 
 # Building matplotlib's font list takes seconds and says so on stderr: once here, rather than in a notebook's cell.
 $(VENV)/book.stamp: $(VENV)/venv.stamp pyproject.toml
 	@echo "Installing into $(VENV): a minute or two the first time."
 	$(BIN)/pip install --quiet --quiet --editable ".[book]"
-	@mkdir -p $(dir $(KERNEL)) && echo 'get_config().IPKernelApp.log_level = "ERROR"' > $(KERNEL)
+	@mkdir -p $(dir $(KERNEL_SETTINGS)) && echo 'get_config().IPKernelApp.log_level = "ERROR"' > $(KERNEL_SETTINGS)
 	$(BIN)/python -c "import matplotlib.font_manager"
 	@touch $@
 

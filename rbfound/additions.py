@@ -72,8 +72,8 @@ def first_modes(problem: Problem, poles: Complex) -> State:
 def repeated_modes(R: Array, slope: Array, few: int) -> tuple[Array, Array]:
     """The modes of a repeated pole, or of nearly repeated ones: shapes (seats, few) and shifts of omega^2 (few,).
 
-    To first order, modes near one pole are R g + slope g^2 with R = Phi Phi' and slope = -Phi diag(shift) Phi'. Both are
-    diagonal in the right combination of the largest eigenvectors of R; where the pole is a repeated one, any will do.
+    To first order, modes near one pole are R g + slope g^2 with R = Phi Phi' and slope = -Phi diag(shift) Phi'. Both
+    are diagonal in the right combination of the largest eigenvectors of R; where the pole is a repeated one, any is.
     """
     values, vectors = np.linalg.eigh(R)
     half = vectors[:, -few:] * np.sqrt(np.maximum(values[-few:], 1e-9 * np.abs(values).max()))

@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,8 +18,27 @@ def missing(sentence: str) -> None:
     pytest.skip(sentence)
 
 
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def pyodide_folder() -> Path:
+    """Where Pyodide's files are: RBFOUND_PYODIDE, where `make pyodide` puts them, or shared/ beside the repository."""
+    if own := os.environ.get("RBFOUND_PYODIDE"):
+        places = [Path(own)]
+    else:
+        places = [ROOT / "_build" / "pyodide", ROOT.parent / "shared" / "pyodide-0.27.7"]
+    for place in places:
+        if (place / "pyodide-lock.json").is_file():
+            return place
+    pytest.skip("Python for the pages, Pyodide, is not here: make pyodide fetches it.")
+
+
+# Chromium asks nothing of the network, and loads what pages share once; where requests are routed it keeps nothing.
+ALONE = "--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1"
+
+
 @contextmanager
-def launched(tests: str) -> Iterator[Any]:
+def launched(tests: str, *flags: str) -> Iterator[Any]:
     """A headless Chromium for some tests, which are named in the sentence that says what is missing."""
     executable = chromium()
     if executable is None:
@@ -28,6 +48,6 @@ def launched(tests: str) -> Iterator[Any]:
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=executable, args=FLAGS)
+        browser = play.chromium.launch(executable_path=executable, args=[*FLAGS, *flags])
         yield browser
         browser.close()

@@ -7,6 +7,7 @@ import contextlib
 import csv
 import io
 import json
+import shutil
 import struct
 import tempfile
 import zipfile
@@ -95,8 +96,9 @@ def beside(good: Path) -> Iterator[Path]:
     """A folder for one damaged file, with what an index and a machine name beside it."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for part in ("set", "foundation.json"):
-            (folder / part).symlink_to(good / part)
+        # copies, as not every system lets everyone make links
+        shutil.copytree(good / "set", folder / "set")
+        shutil.copyfile(good / "foundation.json", folder / "foundation.json")
         yield folder
 
 

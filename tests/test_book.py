@@ -14,8 +14,8 @@ from urllib.parse import unquote, urlsplit
 
 import html5lib
 import pytest
-from browser import is_local, pages, router, served
-from browsing import launched, missing
+from browser import is_local, pages, served
+from browsing import ALONE, launched, missing
 
 ROOT = Path(__file__).resolve().parent.parent
 HTML = ROOT / "_build" / "html"
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.book
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    with launched("The browser tests") as browser:
+    with launched("The browser tests", ALONE) as browser:
         yield browser
 
 
@@ -39,25 +39,24 @@ def address() -> Iterator[str]:
 
 
 class Visit:
-    """One page, opened at one width, and all that went wrong on the way."""
+    """One page, opened in a window that has a width, and all that went wrong on the way."""
 
-    def __init__(self, browser: Any, url: str, width: int) -> None:
+    def __init__(self, context: Any, url: str) -> None:
         self.troubles: list[str] = []
-        self.context = browser.new_context(viewport={"width": width, "height": 900})
-        self.context.route("**/*", router())
-        self.context.set_default_timeout(10_000)
-        self.page = self.context.new_page()
+        self.page = context.new_page()
         self.page.on("pageerror", lambda error: self.troubles.append(f"page error: {error}"))
         self.page.on("console", self.heard)
         self.page.on("response", self.answered)
         self.page.goto(url, wait_until="load")
         self.page.wait_for_selector("article h1")
-        self.page.wait_for_timeout(200)
+        self.page.wait_for_load_state("load")
+        # all scripts have had their turn
+        self.page.evaluate("new Promise(done => requestIdleCallback(done))")
 
     def heard(self, message: Any) -> None:
         """An error on the console, unless it says that the (absent) network did not bring a file."""
         away = not is_local(message.location.get("url", ""))
-        if message.type == "error" and not (away and "ERR_FAILED" in message.text):
+        if message.type == "error" and not (away and "net::ERR_" in message.text):
             self.troubles.append(f"console: {message.text} ({message.location.get('url')})")
 
     def answered(self, response: Any) -> None:
@@ -66,18 +65,37 @@ class Visit:
             self.troubles.append(f"{response.status} {response.url}")
 
 
+def window(browser: Any, width: int) -> Any:
+    """A window for pages that are opened one after the other; what they share is loaded once."""
+    context = browser.new_context(viewport={"width": width, "height": 900})
+    context.set_default_timeout(10_000)
+    return context
+
+
+@pytest.fixture(scope="module")
+def wide_window(browser: Any) -> Iterator[Any]:
+    with window(browser, 1280) as context:
+        yield context
+
+
+@pytest.fixture(scope="module")
+def narrow_window(browser: Any) -> Iterator[Any]:
+    with window(browser, 390) as context:
+        yield context
+
+
 @pytest.fixture(scope="module", params=PAGES)
-def visit(request: pytest.FixtureRequest, browser: Any, address: str) -> Iterator[Visit]:
-    visit = Visit(browser, f"{address}/{request.param}", width=1280)
+def visit(request: pytest.FixtureRequest, wide_window: Any, address: str) -> Iterator[Visit]:
+    visit = Visit(wide_window, f"{address}/{request.param}")
     yield visit
-    visit.context.close()
+    visit.page.close()
 
 
 @pytest.fixture(scope="module", params=PAGES[1:])
-def narrow(request: pytest.FixtureRequest, browser: Any, address: str) -> Iterator[Visit]:
-    visit = Visit(browser, f"{address}/{request.param}", width=390)
+def narrow(request: pytest.FixtureRequest, narrow_window: Any, address: str) -> Iterator[Visit]:
+    visit = Visit(narrow_window, f"{address}/{request.param}")
     yield visit
-    visit.context.close()
+    visit.page.close()
 
 
 def test_a_page_opens_without_an_error_and_with_all_its_pictures(visit: Visit) -> None:
@@ -180,14 +198,53 @@ def test_a_lost_reader_finds_the_way_from_any_depth() -> None:
     assert {"search.html", "index.html"} <= set(page.links)
 
 
-def test_a_narrow_page_does_not_scroll_sideways(narrow: Visit) -> None:
-    assert narrow.page.evaluate("document.scrollingElement.scrollWidth") <= 390
+WIDTH = "document.scrollingElement.scrollWidth"
+# The reader's machine may have other fonts: letters a quarter wider than those here, and letters further apart.
+FACE = "@font-face {{ font-family: {0}; src: {1}; size-adjust: 125%; }}"
+FONTS = """
+body, body *:not([class*="fa-"]) { font-family: wider-text, sans-serif !important; }
+body :is(code, pre, kbd, samp, .pre), body :is(code, pre) * { font-family: wider-code, monospace !important; }
+"""
+WIDER = [
+    FACE.format("wider-text", "local('DejaVu Sans'), local('Liberation Sans'), local('Arial')")
+    + FACE.format("wider-code", "local('DejaVu Sans Mono'), local('Liberation Mono'), local('Courier New')")
+    + FONTS,
+    "body * { letter-spacing: 0.12em !important; }",
+]
 
 
-def test_the_book_opens_at_its_first_page(browser: Any, address: str) -> None:
-    visit = Visit(browser, f"{address}/index.html", width=1280)
+def test_a_narrow_page_does_not_scroll_sideways_whichever_fonts_there_are(narrow: Visit) -> None:
+    wide = narrow.page.evaluate(WIDTH)
+    for style in WIDER:
+        narrow.page.add_style_tag(content=style)
+        narrow.page.evaluate("document.fonts.ready")
+        wide = max(wide, narrow.page.evaluate(WIDTH))
+        narrow.page.evaluate("document.head.lastElementChild.remove()")
+    assert wide <= 390
+
+
+LETTERS = """() => { const range = document.createRange();
+  range.selectNodeContents(document.querySelector("h1")); return range.getBoundingClientRect().width; }"""
+
+
+def test_the_wider_letters_are_wider(narrow_window: Any) -> None:
+    # or the test before would test nothing: no font of that name may be here
+    page = narrow_window.new_page()
+    page.set_content("<h1 style='font: 16px sans-serif'>rbfound.plots_measured</h1>")
+    widths = [page.evaluate(LETTERS)]
+    for style in WIDER:
+        page.add_style_tag(content=style)
+        page.evaluate("document.fonts.ready")
+        widths.append(page.evaluate(LETTERS))
+        page.evaluate("document.head.lastElementChild.remove()")
+    page.close()
+    assert min(widths[1:]) > 1.1 * widths[0]
+
+
+def test_the_book_opens_at_its_first_page(wide_window: Any, address: str) -> None:
+    visit = Visit(wide_window, f"{address}/index.html")
     visit.page.wait_for_url(f"{address}/{PAGES[1]}")
-    visit.context.close()
+    visit.page.close()
 
 
 def test_the_book_opens_from_a_file_without_a_server(browser: Any, tmp_path: Path) -> None:

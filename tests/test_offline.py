@@ -1,7 +1,7 @@
 """A book built for machines without a network: nothing in its pages has an address elsewhere, and it runs from a file.
 
-It needs the packages that the pages otherwise take from CDNs: RBFOUND_PYODIDE and RBFOUND_PACKAGES name folders that
-hold them (see tools/offline.py); what is not there is fetched.
+It needs the packages that the pages otherwise take from CDNs: `make pyodide` fetches Python, RBFOUND_PACKAGES names a
+folder that has the others (see tools/offline.py), which npm fetches where it is not set.
 """
 
 import os
@@ -15,10 +15,9 @@ from typing import Any
 
 import pytest
 from browser import is_local
-from browsing import launched
+from browsing import launched, pyodide_folder
 
 ROOT = Path(__file__).resolve().parent.parent
-PYODIDE = Path(os.environ.get("RBFOUND_PYODIDE") or ROOT.parent / "shared" / "pyodide-0.27.7")
 # Formulas, a widget with its manager, and a live thing: one page for each need of the book.
 TOC = "format: jb-book\nroot: notebooks/01_sdof\nchapters:\n  - file: notebooks/03_peaks_pmsm\n"
 # what loads by itself; links that a reader may follow are no part of it
@@ -33,13 +32,12 @@ def book(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("offline")
     if shutil.which("jupyter-book", path=Path(sys.executable).parent) is None:
         pytest.skip("The offline book's tests build one, and there is no jupyter-book here: make test installs it.")
-    if not (PYODIDE / "pyodide-lock.json").is_file():
-        pytest.skip(f"No Python for pages in {PYODIDE}: set RBFOUND_PYODIDE to a folder with Pyodide 0.27.7's files.")
+    pyodide = pyodide_folder()
     packages = os.environ.get("RBFOUND_PACKAGES")
     if not packages and shutil.which("npm") is None:
         pytest.skip("MathJax and others come from npm, which is not here: install it, or set RBFOUND_PACKAGES.")
     own = ["--packages", packages] if packages else []
-    fetch = [sys.executable, ROOT / "tools" / "offline.py", folder / "needs", "--pyodide", PYODIDE, *own]
+    fetch = [sys.executable, ROOT / "tools" / "offline.py", folder / "needs", "--pyodide", pyodide, *own]
     subprocess.run(fetch, check=True)
     (folder / "_toc.yml").write_text(TOC, encoding="utf-8")
     build = [Path(sys.executable).with_name("jupyter-book"), "build", ROOT, "--toc", folder / "_toc.yml"]

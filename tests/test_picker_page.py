@@ -23,6 +23,8 @@ from rbfound.picking import picked
 PACKAGE = Path(rb.__file__).parent
 DATA = Path(__file__).resolve().parent.parent / "data" / "foundation"
 
+pytestmark = pytest.mark.book
+
 PAGE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>picker</title>
 <meta name="viewport" content="width=device-width, initial-scale=1"><style>%(css)s
 body { margin: 8px; background: #fff; } html[data-theme=dark] body { background: #0d1014; }</style>

@@ -1,6 +1,7 @@
 """What a published copy has beside its pages: launch buttons, Colab copies, Binder files, pinned actions."""
 
 import json
+import os
 import re
 from pathlib import Path
 
@@ -58,7 +59,9 @@ def test_the_workflow_builds_everywhere_and_publishes_from_the_default_branch_on
 def test_what_the_workflow_and_binder_call_is_there() -> None:
     for path in (".ci/run", "tools/colab.py", "binder/postBuild", "binder/environment.yml"):
         assert (ROOT / path).is_file()
-    assert (ROOT / "binder" / "postBuild").stat().st_mode & 0o111
+    if os.name == "posix":
+        # elsewhere a file says nothing of whether it can be run
+        assert (ROOT / "binder" / "postBuild").stat().st_mode & 0o111
     targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
     assert set(re.findall(r"\bmake ([a-z]+)", WORKFLOW)) <= targets
 

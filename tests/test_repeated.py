@@ -1,4 +1,4 @@
-"""Repeated and closely spaced modes, drawn at random: each is found once, whatever rounding does, and the FRFs are right.
+"""Repeated and closely spaced modes, drawn at random: each is found once, whatever rounding does.
 
 Every foundation with an axis or a plane of symmetry has them. What is promised without noise is FINEST, the part of |H|
 at which the search ends.

@@ -111,6 +111,9 @@ sweeps.sweep(SMALL, sys.argv[1], chunk=2)
 """
 
 
+as_posix = pytest.mark.skipif(os.name != "posix", reason="this test sends signals to a process as POSIX does")
+
+
 def stopped(folder: Path, how: signal.Signals, part: str) -> int:
     """Run the small study in another process, and stop that while it writes a part: what it ends with."""
     where = os.pathsep.join([str(Path(__file__).parent), str(Path(rb.__file__).parents[1])])
@@ -127,6 +130,7 @@ def stopped(folder: Path, how: signal.Signals, part: str) -> int:
         return process.wait(30)
 
 
+@as_posix
 def test_after_a_kill_the_finished_parts_stay_and_the_rest_is_made_up(tmp_path: Path) -> None:
     assert stopped(tmp_path / "killed", signal.SIGKILL, "part-00004.parquet") == -signal.SIGKILL
     finished = {path: path.stat().st_mtime_ns for path in (tmp_path / "killed").glob("part-*")}
@@ -140,6 +144,7 @@ def test_after_a_kill_the_finished_parts_stay_and_the_rest_is_made_up(tmp_path: 
     assert {path: path.stat().st_mtime_ns for path in finished} == finished
 
 
+@as_posix
 def test_an_interrupt_leaves_nothing_half_written(tmp_path: Path) -> None:
     assert stopped(tmp_path, signal.SIGINT, "part-00003.parquet") != 0
     assert sorted(path.name for path in tmp_path.iterdir()) == [
