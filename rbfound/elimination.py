@@ -207,7 +207,7 @@ def _solve(
     loaded = _loaded(chain, poles, speeds, spring)
     f, b = moved[:, 0].reshape(q, 2, lanes).transpose(1, 0, 2)
     known = np.concatenate([(f + b) / 2, (f - b) / 2j, behind / _size(loaded, q).T])
-    held = np.linalg.solve(_small(chain, loaded, moved[:, 1:]), known.T[:, :, None])
+    held = _held(_small(chain, loaded, moved[:, 1:]), known.T[:, :, None])
     force = (loaded[:, : 2 * q] @ held)[:, :, 0].T
     weights = -both(force[:q], force[q:]).transpose(1, 0, 2).reshape(q, 2 * lanes)
     out, pair = work.motion, work.pair
@@ -224,6 +224,20 @@ def _solve(
                 out[k, row] -= pair[1]
     behind = np.asarray(held[:, 2 * q :, 0].T, dtype=complex)
     return out.reshape(chain.nodes, 2, 2, lanes).transpose(2, 0, 1, 3), behind
+
+
+def _held(A: Complex, b: Complex) -> Complex:
+    """A x = b, lane by lane.
+
+    Where a pole is met to the last bit A is singular, and a matrix one rounding beside it is taken, as in any inverse
+    iteration.
+    """
+    try:
+        return np.asarray(np.linalg.solve(A, b))
+    except np.linalg.LinAlgError:
+        met = np.linalg.slogdet(A)[0] == 0
+        beside = np.finfo(float).eps * np.abs(A).max(axis=(1, 2)) * met
+        return np.asarray(np.linalg.solve(A + beside[:, None, None] * np.eye(A.shape[1]), b))
 
 
 class _Work:

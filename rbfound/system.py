@@ -160,12 +160,13 @@ class System:
         """Raise a ValueError unless the poles taken for zero are those of shapes (n, r) that no spring feels."""
         largest = np.abs(self.K).max() or 1.0
         K, size = self.K / largest, np.abs(rigid)
+        # the shapes have a mass of one, so that the energy is Rayleigh's quotient, the omega^2 of what moves so. Sums
+        # of many products, of entries that are rounded themselves, miss it by some dozens of eps
         energy = np.abs(np.einsum("nr,nm,mr->r", rigid, K, rigid))
-        rounding = 1e3 * np.finfo(float).eps * np.einsum("nr,nm,mr->r", size, np.abs(K), size)
-        # the shapes have a mass of one: a mode has the energy omega^2, and no spring is felt only where it would show
-        drowned = rounding > float(radians(LOST)) ** 2 / largest
+        rounding = 1e2 * np.finfo(float).eps * np.einsum("nr,nm,mr->r", size, np.abs(K), size)
+        felt = energy + rounding > float(radians(LOST)) ** 2 / largest
         # a rigid shape has two poles at zero, or one if it is damped
-        if below > HOPELESS or zeros > 2 * rigid.shape[1] or (energy > rounding).any() or drowned.any():
+        if below > HOPELESS or zeros > 2 * rigid.shape[1] or felt.any():
             raise ValueError(
                 f"Stiffness and damping reach over too many orders of magnitude: modes below {below:.2g} Hz drown in "
                 f"rounding. The largest entry of K is {np.abs(self.K).max():.2g}, of C {np.abs(self.C).max():.2g}: "

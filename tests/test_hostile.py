@@ -44,15 +44,16 @@ def test_a_bearing_of_no_stiffness_leaves_the_foundation_as_it_is_and_the_rotor_
 @given(st.floats(11, 300))
 @example(17.3)  # here every spring but the bearings was less than their rounding, and all that it held passed for free
 def test_a_stiffer_and_stiffer_bearing_ends_at_the_rigid_one_or_is_refused(exponent):
-    # 1e-3 is what 1e11 N/m lacks of rigid. Rounding adds 1e-5 where it is not refused, below 3e14 N/m: entries of many
-    # sizes are balanced before eigenvalues are found, so that the slow ones suffer less than `System.rounding` fears
+    # 6e-5 is what 1e11 N/m lacks of rigid. Where it is not refused, below 3e14 N/m, rounding adds 4e-5 at most with
+    # any processor's kernels: eigenvalues are found after entries of many sizes have been balanced, and the slow ones
+    # suffer less than the 3 % that `System.rounding` fears there
     rigid = lowest(1e12)
     found = answer(lowest, 10.0**exponent)
     if isinstance(found, str):
         assert exponent > 13
         assert "too many orders of magnitude: modes below" in found
     else:
-        np.testing.assert_allclose(found, rigid, rtol=1.1e-3)
+        np.testing.assert_allclose(found, rigid, rtol=1e-3)
 
 
 @pytest.mark.parametrize("c", [1e12, 1e15, 1e100])

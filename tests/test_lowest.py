@@ -7,6 +7,7 @@ import pytest
 
 import rbfound as rb
 import rbfound.lowest
+from rbfound.elimination import _held
 from rbfound.lowest import complete, lowest_modes, small_model
 
 DISKS = {0.25: rb.Disk(10.0, 0.02, 0.04), 0.5: rb.Disk(20.0, 0.05, 0.1)}
@@ -133,3 +134,13 @@ def test_a_machine_of_other_matrices_is_followed_as_it_is():
     found = lowest_modes(heavy.chain, SPEEDS, 12, 1.0)
     dense = heavy.at(float(SPEEDS[-1])).modes().above(1.0).poles[:10]
     np.testing.assert_allclose(np.sort(found[-1].poles.imag)[:10], np.sort(dense.imag), rtol=1e-8)
+
+
+def test_a_matrix_that_is_singular_to_the_last_bit_gives_its_own_shape_and_leaves_the_other_lanes_alone():
+    # what Newton's method meets where a step ends on the pole itself: with some processors' kernels, not with others
+    singular, good = np.array([[1.0, 1.0], [1.0, 1.0]]), np.array([[2.0, 1.0], [0.0, 4.0]])
+    b = np.array([[1.0], [0.0]])
+    one, other = _held(np.array([singular, good], dtype=complex), np.array([b, b], dtype=complex))
+    np.testing.assert_allclose(one[1] / one[0], -1, rtol=1e-12)
+    assert np.abs(one).min() > 1e14
+    np.testing.assert_array_equal(other, [[0.5], [0.0]])

@@ -244,10 +244,13 @@ def test_a_damped_critical_speed_is_refined_to_where_frequency_equals_speed():
     assert len(critical.speed) >= 3
     assert (np.diff(critical.speed) >= 0).all()
     for speed, zeta in zip(critical.speed, critical.damping, strict=True):
-        modes = machine.at(speed).modes()
+        system = machine.at(speed)
+        modes = system.modes()
         k = int(np.abs(modes.poles.imag - speed).argmin())
-        assert modes.poles[k].imag == pytest.approx(speed, rel=1e-8)
-        assert modes.damping[k] == pytest.approx(zeta, abs=1e-8)
+        # what the dense matrix may miss its own poles by
+        missed = float(system.rounding(modes.poles[k : k + 1])[0])
+        assert modes.poles[k].imag == pytest.approx(speed, rel=1e-8, abs=missed)
+        assert modes.damping[k] == pytest.approx(zeta, abs=1e-8 + missed / speed)
 
 
 def test_a_coarse_sweep_finds_the_same_critical_speeds_as_a_fine_one():
