@@ -24,6 +24,9 @@ Complex = NDArray[np.complex128]
 # part of the damping, and as a MAC of the two participation vectors.
 FREQUENCY, DAMPING, PARTICIPATION = 0.01, 0.2, 0.9
 
+# Participation vectors of length 1 span as many dimensions as they have singular values above this.
+INDEPENDENT = 0.3
+
 # No structure that is worth a pole is damped more than this; what is, fits the remainder.
 HEAVY = 0.3
 
@@ -236,18 +239,21 @@ def _poles(D: Array, low: float, high: float) -> tuple[Complex, Complex]:
     vectors = np.linalg.svd(at)[0].conj()
     participation = vectors[:, :, -1]
     for group in groups_of(poles[order_of]):
-        # a repeated pole has a space of them, and each of its poles would get any one of that
         few = min(len(group), inputs)
-        participation[group[:few]] = vectors[group[0], :, -few:].T
+        # a repeated pole has a space of them: of each of its poles comes any one, of two perhaps the same
+        if np.linalg.svd(participation[group], compute_uv=False)[few - 1] < INDEPENDENT:
+            participation[group[:few]] = vectors[group[0], :, -few:].T
     return poles[order_of], participation
 
 
 def _spaces(poles: Complex, participation: Complex) -> list[Complex]:
-    """Of each pole the participation vectors (g, inputs) of all poles that it cannot be told from, itself included."""
-    spaces = [participation[:0]] * len(poles)
+    """Of each pole orthonormal rows (g, inputs) that span the vectors of all poles it cannot be told from."""
+    spaces = [vector[None] for vector in participation]
     for group in groups_of(poles):
-        for k in group:
-            spaces[k] = participation[group]
+        if len(group) > 1:
+            _, size, rows = np.linalg.svd(participation[group], full_matrices=False)
+            for k in group:
+                spaces[k] = rows[size > INDEPENDENT]
     return spaces
 
 
