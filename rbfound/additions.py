@@ -24,8 +24,9 @@ BELOW = (0.3, 0.7)
 ABOVE = (1.01, 1.03, 1.06, 1.1, 1.15, 1.2, 1.3, 1.45, 1.6, 2.0, 3.0, 5.0, 10.0)
 
 # Of nearly alike poles each stands for a mode if the residue that they share has that many eigenvalues above this part
-# of the largest. Where the second is a larger part, a pole that was found once is a repeated one: noise leaves less.
-RANK, PLAINLY = 1e-6, 0.2
+# of the largest. Where the second is a larger part, a pole that was found once is a repeated one: neither noise nor a
+# remainder that is not yet known leaves as much.
+RANK, PLAINLY = 1e-6, 0.5
 
 # How often a candidate's shape is improved.
 ALTERNATIONS = 6

@@ -54,6 +54,9 @@ UNEXPLAINED, PLAIN = 0.25, 0.02
 # Modes that are nearer to each other than this many times their damping -Re lambda may be one too many.
 CROWDED = 1.0
 
+# A fit with a mode less that is not within this many times WORTH after a few steps is given up.
+FAR_OFF = 100.0
+
 # A mode that is damped more is no mode of the band, but a part of the remainder.
 REMAINDER = 0.3
 
@@ -234,17 +237,21 @@ def uncrowded(problem: Problem, state: State) -> State:
 
     Modes that are nearer than CROWDED share what they do: each may be needed although k - 1 others would do as well.
     """
-    small = ENOUGH * variance_of(problem, state)
-    left = cost(problem, state)
+    thin, variance = problem.thinned(), variance_of(problem, state)
+    left = cost(thin, state)
     done = False
     while not done:
         own = np.flatnonzero(inside(state, problem.edges))
         poles = state.omega[own] * (-state.zeta[own] + 1j * np.sqrt(1 - state.zeta[own] ** 2))
-        groups = [own[group] for group in groups_of(poles, CROWDED) if len(group) > 1]
         done = True
-        for group in groups:
-            fewer, then = refine(problem, _without_weakest(problem, state, group), small=small, iterations=40)
-            if then - left < WORTH * variance_of(problem, state):
+        for group in (own[group] for group in groups_of(poles, CROWDED) if len(group) > 1):
+            fewer = _without_weakest(problem, state, group)
+            # a few steps, and many only where these lead somewhere
+            for iterations in (3, 60):
+                fewer, then = refine(thin, fewer, small=ENOUGH * variance, iterations=iterations)
+                if then - left > FAR_OFF * WORTH * variance:
+                    break
+            if then - left < WORTH * variance:
                 state, left, done = fewer, then, False
                 break
     return state
