@@ -21,6 +21,7 @@ from rbfound.leastsquares import (
     Problem,
     State,
     compliance,
+    cost,
     noise_of,
     problem_of,
     refine,
@@ -47,6 +48,9 @@ Array = NDArray[np.float64]
 
 # The most modes that are added to those the poles give and one a seat.
 MOST = 16
+
+# A fit that misses the data by this many times their size is none.
+ASTRAY = 2.0
 
 # Orders of the denominator that are tried, where the lines allow them.
 ORDERS = range(12, 25, 2)
@@ -195,6 +199,7 @@ def fit_modes(
         state, _ = refine(lines, state, small=small, damping=SURE, iterations=40, held=~inside(state, edges))
     state = state.only(np.argsort(state.omega))
     _check_any(int(inside(state, edges).sum()), band)
+    _check_near(problem, state, band)
     return replace(_judged(problem, part, state, band, relative, errors), told=told)
 
 
@@ -221,6 +226,16 @@ def _check_any(found: int, band: tuple[float, float]) -> None:
         raise ValueError(
             f"No mode was found between {band[0]:g} and {band[1]:g} Hz: the FRFs have no resonance there, or too few "
             "lines."
+        )
+
+
+def _check_near(problem: Problem, state: State, band: tuple[float, float]) -> None:
+    """A search that went astray must not end as a foundation: no model at all misses the data by their own size."""
+    missed = float(np.sqrt(cost(problem, state) / np.sum(np.abs(problem.weight * problem.H) ** 2)))
+    if missed > ASTRAY:
+        raise ValueError(
+            f"The fit did not converge: from {band[0]:g} to {band[1]:g} Hz it misses the FRFs by {missed:.2g} times "
+            "their size. Look at them with rbfound.check, give another band, or say how many modes it holds."
         )
 
 

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import rbfound as rb
+import rbfound.modalfit
 from rbfound.leastsquares import State, curvature, gradient, moved, problem_of, residuals
 
 LINES = np.arange(0.5, 1000.25, 0.5)
@@ -233,3 +234,16 @@ def test_one_seat_is_enough():
     f = rb.identify(noisy(truth.frf(SHORT), 0.01))
     assert f.labels == ("x1",)
     np.testing.assert_allclose(f.modes().frequency[:2], truth.modes().frequency[:2], rtol=1e-3)
+
+
+def test_a_search_that_went_astray_is_an_error_and_no_foundation(monkeypatch):
+    # all shapes a thousand times too large, and nothing that mends them
+    def astray(problem, state, *rest):
+        return State(1e3 * state.Phi, state.omega, state.zeta)
+
+    monkeypatch.setattr(rbfound.modalfit, "completed", astray)
+    monkeypatch.setattr(rbfound.modalfit, "refine", lambda problem, state, **rest: (state, 0.0))
+    monkeypatch.setattr(rbfound.modalfit, "pruned", lambda problem, state, suspects: state)
+    monkeypatch.setattr(rbfound.modalfit, "uncrowded", lambda problem, state: state)
+    with pytest.raises(ValueError, match=r"did not converge: from 20 to 1000 Hz it misses the FRFs by .* times their size"):
+        rb.fit_modes(known().frf(LINES), band=BAND)
