@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import rbfound as rb
-import rbfound.modalfit
 from rbfound.leastsquares import State, curvature, gradient, moved, problem_of, residuals
 
 LINES = np.arange(0.5, 1000.25, 0.5)
@@ -241,9 +240,11 @@ def test_a_search_that_went_astray_is_an_error_and_no_foundation(monkeypatch):
     def astray(problem, state, *rest):
         return State(1e3 * state.Phi, state.omega, state.zeta)
 
-    monkeypatch.setattr(rbfound.modalfit, "completed", astray)
-    monkeypatch.setattr(rbfound.modalfit, "refine", lambda problem, state, **rest: (state, 0.0))
-    monkeypatch.setattr(rbfound.modalfit, "pruned", lambda problem, state, suspects: state)
-    monkeypatch.setattr(rbfound.modalfit, "uncrowded", lambda problem, state: state)
-    with pytest.raises(ValueError, match=r"did not converge: from 20 to 1000 Hz it misses the FRFs by .* times their size"):
+    monkeypatch.setattr("rbfound.modalfit.completed", astray)
+    monkeypatch.setattr("rbfound.modalfit.refine", lambda problem, state, **rest: (state, 0.0))
+    monkeypatch.setattr("rbfound.modalfit.pruned", lambda problem, state, suspects: state)
+    monkeypatch.setattr("rbfound.modalfit.uncrowded", lambda problem, state: state)
+    with pytest.raises(
+        ValueError, match=r"did not converge: from 20 to 1000 Hz it misses the FRFs by .* times their size"
+    ):
         rb.fit_modes(known().frf(LINES), band=BAND)
