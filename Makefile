@@ -16,8 +16,8 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 unexport PYTHONPATH MPLBACKEND
 
 # These tests open what has been built, and the picker in a browser.
-BUILT := tests/test_book.py tests/test_live_page.py tests/test_accessibility.py tests/test_offline.py \
-  tests/test_picker_page.py tests/test_picker_lab.py
+BUILT := tests/pages/test_book.py tests/pages/test_live_page.py tests/pages/test_accessibility.py tests/pages/test_offline.py \
+  tests/pages/test_picker_page.py tests/pages/test_picker_lab.py
 NOTEBOOKS := $(sort $(wildcard notebooks/*.ipynb))
 
 .DEFAULT_GOAL := help
@@ -101,7 +101,7 @@ slow: $(VENV)/dev.stamp ## the package's own tests that are long: whole studies,
 
 # atheris has wheels for Linux only; elsewhere Hypothesis does it alone
 fuzz: $(VENV)/dev.stamp ## damage files of each format 10 000 times: nothing but a ValueError may come of it; other cases each time (RBFOUND_FUZZ=n)
-	RBFOUND_FUZZ=$${RBFOUND_FUZZ:-2000} $(BIN)/pytest tests/test_fuzz.py
+	RBFOUND_FUZZ=$${RBFOUND_FUZZ:-2000} $(BIN)/pytest tests/files/test_fuzz.py
 	RBFOUND_FUZZ=$${RBFOUND_FUZZ:-2000} $(BIN)/pytest -m hypothesis
 	if $(BIN)/pip install --quiet --quiet "atheris>=3.0"; then $(BIN)/python tests/fuzz_atheris.py $${RBFOUND_FUZZ:-8000}; \
 	  else echo "atheris is not to be had here: fuzzing by coverage is left out."; fi

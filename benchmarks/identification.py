@@ -62,7 +62,7 @@ def rbfound_identify(frf: rb.FRF, hints: Array) -> Found:
 
 
 def rbfound_poles(frf: rb.FRF, hints: Array) -> Found:
-    return Found(rb.stable_poles(rb.stabilisation(frf, band=BAND))[0])
+    return Found(rb.identification.stable_poles(rb.identification.stabilisation(frf, band=BAND))[0])
 
 
 def sdypy(order: int, *, model: bool) -> Callable[[rb.FRF, Array], Found]:

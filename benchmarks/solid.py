@@ -28,10 +28,19 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 import rbfound as rb
-from rbfound import solid as solids
-from rbfound.calculix import read_frequencies, write_deck
-from rbfound.geometry import COARSE, WORKING, FoundationGeometry, foundation_blocks
-from rbfound.solid import Solid, elastic_solid, mirror_halves, natural_modes
+from rbfound.solid import (
+    COARSE,
+    WORKING,
+    FoundationGeometry,
+    Solid,
+    elastic_solid,
+    foundation_blocks,
+    mirror_halves,
+    modes as solids,
+    natural_modes,
+    read_frequencies,
+    write_deck,
+)
 
 Array = NDArray[np.float64]
 

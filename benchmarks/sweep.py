@@ -21,7 +21,7 @@ import numpy as np
 from dask.distributed import Client, LocalCluster
 
 import rbfound as rb
-from rbfound.sweeps import Study, results, sweep
+from rbfound.studies import Study, results, sweep
 
 try:
     import resource

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import rbfound as rb
-from rbfound import rig
-from rbfound.averaging import spectra
-from rbfound.geometry import COARSE
-from rbfound.solid import foundation_solid, natural_modes, reduce
+from rbfound import measurement
+from rbfound.measurement import spectra
+from rbfound.solid import COARSE, foundation_solid, natural_modes, reduce
 
 SPEEDS = np.linspace(0.0, 1000.0, 50)
 LINES = np.linspace(1.0, 1000.0, 500)
@@ -54,9 +53,9 @@ def test_mesh_to_receptances_of_the_working_solid(timed: Timed) -> None:
 
 
 def test_sixteen_frfs_measured_by_a_shaker(timed: Timed) -> None:
-    sensors = rig.Sensors(force_noise=0.1, response_noise=1e-3)
+    sensors = measurement.Sensors(force_noise=0.1, response_noise=1e-3)
     timed(
-        lambda truth: spectra(rig.shaker(truth, "random", sensors, seed=4), hann=True).h1(),
+        lambda truth: spectra(measurement.shaker(truth, "random", sensors, seed=4), hann=True).h1(),
         lambda: rb.load_foundation(TRUTH),
     )
 

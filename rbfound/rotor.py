@@ -1,10 +1,4 @@
-"""The rotor: a stepped shaft of Timoshenko elements with disks, and the bearings that it may run in.
-
-Axes: Z along the shaft, X horizontal, Y vertical. Four coordinates a node, in the order x, y, theta, psi: the
-displacements along X and Y and the rotations about them. Small slopes: psi = dx/dz, theta = -dy/dz.
-Spinning at Omega about +Z a polar inertia Ip adds Ip Omega psi' to the moment balance about X and -Ip Omega theta'
-to that about Y (equations 19, 20).
-"""
+"""The rotor: a shaft in steps, of Timoshenko elements, with disks, and the bearings that it may run in."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,7 +15,10 @@ Array = NDArray[np.float64]
 # Coordinates of one element's two nodes that belong to the x plane (w = x, slope = psi) and to the y plane
 # (w = y, slope = -theta), with the signs that turn slopes into rotations.
 X_PLANE, Y_PLANE = np.array([0, 3, 4, 7]), np.array([1, 2, 5, 6])
+
+
 Y_SIGN = np.array([1.0, -1.0, 1.0, -1.0])
+
 
 # Its matrices are full: 2000 elements have three of half a gigabyte.
 MOST_ELEMENTS = 2000
@@ -38,7 +35,7 @@ class Shaft:
     inner : their inner diameters [m], one for all or one each
     E, rho, nu : Young's modulus [Pa], density [kg/m^3], Poisson's ratio [-] of all segments; steel unless given
     stiff : outer diameters that carry bending and shear [m]; those of the segments unless given
-        Beside a step the outer fibres of the thicker side carry nothing: see `rbfound.steps`.
+        Beside a step the outer fibres of the thicker side carry nothing: see `rbfound.rotor`.
     """
 
     length: Sequence[float]
@@ -233,3 +230,52 @@ def _nodes(rotor: Rotor, positions: Iterable[float]) -> tuple[Array, NDArray[np.
     z = np.concatenate([*pieces, stations[-1:]])
     middle = (z[:-1] + z[1:]) / 2
     return z, np.searchsorted(ends, middle) - 1
+
+
+def with_cones(shaft: Shaft, angle: float = 45.0, slices: int = 6) -> Shaft:
+    """The same shaft with stiffness diameters that widen like cones behind each step.
+
+    Parameters
+    ----------
+    shaft : Shaft
+    angle : half the opening of the cones [degrees]; 90 is plain beam theory
+    slices : how many cylinders stand for one cone
+    """
+    if not 0 < angle < 90:
+        raise ValueError(f"angle = {angle:g} degrees: it must lie between 0 and 90, both excluded.")
+    if slices < 1:
+        raise ValueError(f"slices = {slices}: a cone needs at least one.")
+    ends, diameter = shaft.ends, np.asarray(shaft.diameter, dtype=float)
+    slope = 2 * np.tan(np.radians(angle))
+    reach = (diameter.max() - np.minimum(diameter[:-1], diameter[1:])) / slope
+    beside = [step + side * r * np.linspace(0, 1, slices + 1) for step, r in _pairs(ends, reach) for side in (-1, 1)]
+    cuts = np.sort(np.concatenate([ends, *beside]))
+    cuts = cuts[(cuts >= 0) & (cuts <= ends[-1])]
+    cuts = cuts[np.concatenate([[True], np.diff(cuts) > 1e-9 * ends[-1]])]
+    middle = np.array([(a + b) / 2 for a, b in pairwise(cuts)])
+    segment = np.searchsorted(ends, middle) - 1
+    inner = np.broadcast_to(shaft.inner, len(diameter))[segment]
+    return Shaft(
+        list(np.diff(cuts)),
+        list(diameter[segment]),
+        list(inner),
+        shaft.E,
+        shaft.rho,
+        shaft.nu,
+        stiff=list(_widening(ends, diameter, slope, middle, segment)),
+    )
+
+
+def _pairs(ends: Array, reach: Array) -> list[tuple[float, float]]:
+    return [(float(step), float(r)) for step, r in zip(ends[1:-1], reach, strict=True)]
+
+
+def _widening(ends: Array, diameter: Array, slope: float, z: Array, segment: NDArray[np.intp]) -> Array:
+    """Diameter of what works at each z [m]: no more than the segment's, no more than any cone that reaches there."""
+    working = diameter[segment]
+    for k, step in enumerate(ends[1:-1]):
+        left, right = diameter[k], diameter[k + 1]
+        behind = z < step if left > right else z > step
+        cone = min(left, right) + slope * np.abs(z - step)
+        working = np.where(behind, np.minimum(working, cone), working)
+    return np.asarray(working)

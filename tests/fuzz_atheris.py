@@ -1,4 +1,4 @@
-"""Coverage-guided fuzzing of every reader, with atheris: `make fuzz` runs it after tests/test_fuzz.py.
+"""Coverage-guided fuzzing of every reader, with atheris: `make fuzz` runs it after tests/files/test_fuzz.py.
 
     python tests/fuzz_atheris.py [runs] [name ...]
 
@@ -15,13 +15,15 @@ import warnings
 from pathlib import Path
 
 ONE = "--one"
+# The good files that are damaged come from these tests.
+sys.path += [str(Path(__file__).with_name(folder)) for folder in ("core", "files")]
 if sys.argv[1:2] == [ONE]:
     import atheris
 
     with atheris.instrument_imports(include=["rbfound", "pyuff", "tomllib", "zipfile"]):
         import fuzzing
 
-        import rbfound.uff  # noqa: F401  the loader imports it only when it meets such a file
+        import rbfound.files.uff  # noqa: F401  the loader imports it only when it meets such a file
 else:
     import fuzzing
 

@@ -17,13 +17,13 @@ from pathlib import Path
 
 import numpy as np
 from scipy import io as scipy_io
-from test_command import MACHINE
+from test_cli import MACHINE
 from test_files import foundation
 from test_formats import FRFS
 from written import universal
 
 import rbfound as rb
-from rbfound.machinefile import load_machine
+from rbfound.files import load_machine
 
 LINES = np.array([10.0, 20.0, 30.0, 45.0, 60.0, 80.0])
 # One set in a file of each kind, foundations, a table, an index, a file of a folder, a machine. A checksum or a

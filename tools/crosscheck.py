@@ -19,10 +19,19 @@ from scipy import sparse
 from skfem import Basis
 
 import rbfound as rb
-from rbfound.calculix import Places, read_frequencies, write_deck
-from rbfound.geometry import FoundationGeometry, foundation_blocks
-from rbfound.mesh import Block, join
-from rbfound.solid import Solid, elastic_solid, foundation_solid, natural_modes
+from rbfound.solid import (
+    Block,
+    FoundationGeometry,
+    Places,
+    Solid,
+    elastic_solid,
+    foundation_blocks,
+    foundation_solid,
+    join,
+    natural_modes,
+    read_frequencies,
+    write_deck,
+)
 
 Array = NDArray[np.float64]
 

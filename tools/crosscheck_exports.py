@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import rbfound as rb
-from rbfound.arrays import read_mat
-from rbfound.exports import dmig
+from rbfound.files import dmig, read_mat
 
 Array = NDArray[np.float64]
 
@@ -91,7 +90,7 @@ def our_machine(foundation: rb.Foundation) -> rb.Machine:
 
 
 def ross_machine(ross: Any, element: Any, foundation: rb.Foundation, elements: int = 20) -> Any:
-    """The same in ROSS, the foundation on two nodes of its own; `element` is rbfound.rossbearing.FoundationElement."""
+    """The same in ROSS, the foundation on two nodes of its own; `element` is rbfound.files.FoundationElement."""
     steel = ross.Material("steel", rho=7850, E=2.1e11, Poisson=0.3)
     shaft = [ross.ShaftElement(1.0 / elements, 0.0, 0.05, material=steel, shear_effects=True) for _ in range(elements)]
     disk = ross.DiskElement(n=elements // 2, m=20.0, Id=0.05, Ip=0.1)
@@ -119,7 +118,7 @@ def at_ross() -> float:
     # only in the environment of ROSS
     import ross
 
-    from rbfound.rossbearing import FoundationElement
+    from rbfound.files import FoundationElement
 
     foundation = square_foundation()
     machine, model = our_machine(foundation), ross_machine(ross, FoundationElement, foundation)

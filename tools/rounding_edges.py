@@ -36,7 +36,7 @@ KINDS |= {"Sandybridge": "avx", "Nehalem": "sse4_2", "narrow": "sse4_2", "pertur
 # What stands at the end of a module while its numbers are kept.
 ADDED = {
     "rbfound.tables": "number, bound = _keeping('number', number, 4), _keeping('bound', bound, 1e-11)",
-    "rbfound.files": "load_frf = _perturbed(load_frf)",
+    "rbfound.files.load_save": "load_frf = _perturbed(load_frf)",
 }
 # Each formatted number of the cell that runs: how and with what setting it is formatted, its value, the text around it.
 records: list[tuple[str, Any, complex, str]] = []

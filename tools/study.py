@@ -7,7 +7,7 @@ called again after an interrupt, or with more seeds, the study goes on from ther
 
 The truth is the solid foundation of data/foundation with all its modes; its FRFs at 0.5 Hz from 20 to 1000 Hz carry
 complex normal noise of 1 or 5 % of each |H|. The rotor of the book stands on what `rb.fit_modes` makes of them, in
-bearings of 1e7, 1e8 and 1e9 N/m. What is promised is in tests/test_identification.py.
+bearings of 1e7, 1e8 and 1e9 N/m. What is promised is in tests/identification/test_identification.py.
 """
 
 import json
@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import rbfound as rb
+from rbfound.files import text_replaced
 from rbfound.parallel import run
-from rbfound.writing import text_replaced
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -82,7 +82,7 @@ def one(level: float, seed: int) -> dict[str, Any]:
 
 def kept(level: float) -> Path:
     """Where the results of a level of noise are kept."""
-    sources = [DATA, Path(__file__), *sorted(Path(rb.__file__).parent.glob("*.py"))]
+    sources = [DATA, Path(__file__), *sorted(Path(rb.__file__).parent.rglob("*.py"))]
     told = sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
     return KEPT / f"{level:g}-{told[:16]}.json"
 

@@ -40,6 +40,8 @@ PACKAGES = ("numpy", "scipy", "openblas")
 BYTES = 36_500_000
 # Pure Python that only some of a reader's files need: it travels with the book, and is loaded when one is dropped.
 READERS = {"pyuff": UNIVERSAL}
+# Rooms and modules of the package that no page uses.
+LEFT_OUT = {"plots", "solid", "cli.py", "studies.py", "live/widgets.py"}
 
 
 class LiveDirective(SphinxDirective):
@@ -131,10 +133,12 @@ def zipped(entries: Iterable[tuple[str, bytes]]) -> bytes:
 
 
 def wheel() -> bytes:
-    """The package as a wheel, from the work tree as it stands: its modules, without scripts and styles."""
+    """The package as a wheel, from the work tree as it stands: the modules and stubs that a page can use."""
     package = Path(rbfound.__file__).parent
     about = f"rbfound-{rbfound.__version__}.dist-info"
-    entries = [(f"rbfound/{path.name}", path.read_bytes()) for path in sorted(package.glob("*.py"))]
+    modules = [path.relative_to(package) for path in sorted(package.rglob("*.py*")) if path.suffix in (".py", ".pyi")]
+    modules = [path for path in modules if not {path.as_posix(), path.parts[0]} & LEFT_OUT]
+    entries = [(f"rbfound/{path.as_posix()}", (package / path).read_bytes()) for path in modules]
     metadata = f"Metadata-Version: 2.1\nName: rbfound\nVersion: {rbfound.__version__}\n"
     entries += [(f"{about}/METADATA", metadata.encode())]
     entries += [(f"{about}/WHEEL", b"Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n")]
@@ -163,7 +167,7 @@ def data_of(folder: Path, names: Iterable[str]) -> bytes:
 
 def scripts(config: Any) -> Mapping[str, Any]:
     """What is packed, by the name of its script."""
-    package = files("rbfound")
+    package = files("rbfound.live")
     fronts = {
         name: {kind: package.joinpath(f"{name}.{kind}").read_text(encoding="utf-8") for kind in ("js", "css")}
         for name in sorted({live.front(thing) for thing in live.THINGS})

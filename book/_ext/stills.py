@@ -10,11 +10,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation
 
-from rbfound.live import Live
-from rbfound.plots_style import STYLE
-from rbfound.sketch import axis, figure, line
+from rbfound.live import Live, axis, figure, line
+from rbfound.plots import STYLE
 
-# Of each theme: ink, paper, grid and the colours of the styles, as rbfound/sliders.css has them.
+# Of each theme: ink, paper, grid and the colours of the styles, as rbfound/live/sliders.css has them.
 THEMES: Mapping[str, tuple[str, ...]] = {
     "light": ("#1d2126", "#ffffff", "#e6e8eb", "#0067a5", "#b84300", "#00795a", "#9a3f78", "#6b5d00", "#6a6f76"),
     "dark": ("#e7e9ec", "#14181e", "#2a3038", "#6cb6ee", "#ff9b54", "#45c79f", "#e59bcb", "#d8c65a", "#a2a8af"),

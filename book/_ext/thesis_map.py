@@ -75,10 +75,21 @@ def chapters_first(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(name for name in names if name.startswith("notebooks/")) or tuple(names)
 
 
+def module_of(path: Path) -> str:
+    """The dotted name of a module of the package."""
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+@cache
+def modules() -> frozenset[str]:
+    """The dotted names of all modules of the package."""
+    return frozenset(module_of(path) for path in ROOT.glob("rbfound/**/*.py"))
+
+
 def documented(path: Path) -> Iterator[tuple[str, str]]:
     """Dotted name and docstring of a module and of all that is public in it."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    module = f"rbfound.{path.stem}"
+    module = module_of(path)
     todo: list[tuple[str, ast.Module | ast.ClassDef | ast.FunctionDef]] = [(module, tree)]
     while todo:
         name, node = todo.pop(0)
@@ -91,13 +102,13 @@ def documented(path: Path) -> Iterator[tuple[str, str]]:
 @cache
 def docstrings() -> dict[str, str]:
     """Docstrings of the package, by dotted name."""
-    return {name: text for path in sorted(ROOT.glob("rbfound/*.py")) for name, text in documented(path)}
+    return {name: text for path in sorted(ROOT.glob("rbfound/**/*.py")) for name, text in documented(path)}
 
 
 def functions(number: int, word: str) -> tuple[str, ...]:
     """What has the number in its docstring; a module only where nothing in any module has."""
     all_of_them = [name for name, text in docstrings().items() if number in named(text, word)]
-    narrow = [name for name in all_of_them if name.count(".") > 1]
+    narrow = [name for name in all_of_them if name not in modules()]
     return tuple(narrow or all_of_them)
 
 
@@ -105,7 +116,7 @@ def functions(number: int, word: str) -> tuple[str, ...]:
 def uses() -> dict[str, dict[str, set[str]]]:
     """Names that each test uses, itself or through the helpers of its file: file, test, names."""
     found = {}
-    for path in sorted(ROOT.glob("tests/test_*.py")):
+    for path in sorted(ROOT.glob("tests/*/test_*.py")):
         tree = ast.parse(path.read_text(encoding="utf-8"))
         bodies = {node.name: names_in(node) for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)}
         reached = {}
@@ -132,7 +143,7 @@ def tests(names: Iterable[str]) -> tuple[str, ...]:
     """Test files that use one of these functions, those with the most such tests first."""
     count: dict[str, int] = defaultdict(int)
     for name in names:
-        whole_module = name.count(".") == 1
+        whole_module = name in modules()
         wanted = {n.rpartition(".")[2] for n in docstrings() if n.rpartition(".")[0] == name} if whole_module else set()
         wanted.add(name.rpartition(".")[2])
         for file, found in uses().items():
@@ -145,12 +156,13 @@ def tests(names: Iterable[str]) -> tuple[str, ...]:
 @cache
 def source(file: str) -> str:
     """Text of a test file."""
-    return (ROOT / "tests" / f"{file}.py").read_text(encoding="utf-8")
+    (path,) = ROOT.glob(f"tests/*/{file}.py")
+    return path.read_text(encoding="utf-8")
 
 
 def tests_that_name(number: int, word: str) -> tuple[str, ...]:
     """Test files whose text has the number; the test of this map has some only to try it out."""
-    files = sorted(set(ROOT.glob("tests/test_*.py")) - {ROOT / "tests" / "test_map.py"})
+    files = [path for path in sorted(ROOT.glob("tests/*/test_*.py")) if path.name != "test_map.py"]
     return tuple(path.stem for path in files if number in named(source(path.stem), word))
 
 
@@ -198,7 +210,7 @@ def mentioned(kind: str) -> list[Place]:
 
 def link(name: str) -> str:
     """A reference to something of the package."""
-    return f"{{py:mod}}`{name}`" if name.count(".") == 1 else f"{{py:obj}}`{name.removeprefix('rbfound.')} <{name}>`"
+    return f"{{py:mod}}`{name}`" if name in modules() else f"{{py:obj}}`{name.removeprefix('rbfound.')} <{name}>`"
 
 
 def chapter(page: str) -> str:

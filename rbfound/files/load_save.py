@@ -1,0 +1,237 @@
+"""The door for files: load and save FRFs and foundations, whatever their format.
+
+A set of FRFs is a folder of text files, one for each pair of seats, named and numbered after table 2:
+frf01_x1_from_y1.txt is FRF 1, the response at x1 to a force at y1. Each has five columns, as a harmonic analysis
+exports them: frequency [Hz], amplitude [m], phase [deg], real part [m], imaginary part [m], for a force of 1 N.
+What else is read: `load_frf`.
+"""
+
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import io as scipy_io
+
+from rbfound.files.arrays import frf_parts, read_mat, read_npz, texts
+from rbfound.files.exports import PARTS, aside, from_arrays, from_json, replaced, text_replaced, to_json, to_mat
+from rbfound.files.frf_sets import (
+    MIXED,
+    STATIC,
+    Pair,
+    curves_of_file,
+    curves_of_folder,
+    gathered,
+    parsed_unit,
+    receptance,
+    said_unit,
+    seats_of,
+)
+from rbfound.files.text import COLUMNS, Curve, decoded, reckoning
+from rbfound.foundation import Foundation
+from rbfound.frf import FRF
+
+UNIVERSAL = (".uff", ".unv", ".ufb", ".u58")
+
+
+def load_frf(
+    path: str | os.PathLike[str],
+    *,
+    unit: str | None = None,
+    quantity: str | None = None,
+    force: float = 1.0,
+    columns: str | None = None,
+    pattern: str | None = None,
+    fill: bool = False,
+) -> FRF:
+    """FRFs from a folder with a text file for each pair of seats, an index of such files, or one file with all.
+
+    A folder's files are named after their seats (`x1_from_y1.txt`); an index is a text with the heading
+    `file, response, force`. One file is a table whose heading names the seats (`x1 from y1 real [m/N]`), a Universal
+    File (dataset 58: .uff, .unv; needs `rbfound[uff]`), or .npz or .mat with the arrays frequency (n,),
+    H (n, seats, seats), labels and unit. Text may have tabs, blanks, semicolons or commas between its cells, decimal
+    commas, amplitude and phase, real and imaginary part, or both. Nothing is guessed: what no file says, say here.
+
+    Parameters
+    ----------
+    unit : str
+        Of the responses: "m", "mm", "m/s", "m/s2", "mm/s2", "g", ..., also for a unit force: "mm/N". It says the
+        quantity too. A file's own unit and this one must agree.
+    quantity : "receptance", "mobility" or "accelerance"
+        Only a check of what the unit says.
+    force : float [N]
+        The force that the responses were computed or measured for, unless the unit is for a unit force.
+    columns : str
+        What the columns of the text files are, in place of a heading: "frequency [Hz], amplitude [mm], phase [deg]".
+    pattern : str
+        How the files of a folder are named: "H_{response}_{force}.csv", or "FRF{number}.txt", numbered after table 2.
+    fill : bool
+        Whether a missing H_ij may be taken from H_ji; `notes` of the result say which were.
+
+    Raises
+    ------
+    ValueError
+        For a missing or doubled file, a unit that is not said or contradicts, a number of columns that does not fit,
+        a line that is not a number or not finite, frequencies that do not ascend or differ from file to file, amplitude
+        and phase that contradict real and imaginary part, a damaged or too large file. It names the file and the line.
+    """
+    path = Path(path)
+    with reckoning(path):
+        hint = ""
+        notes: tuple[str, ...] = ()
+        if path.is_dir():
+            curves, hint = curves_of_folder(path, columns, pattern)
+        elif not path.is_file():
+            raise ValueError(f"{path} is not a folder nor a file: give the folder or the file that holds the FRFs.")
+        elif path.suffix.lower() in (".npz", ".mat"):
+            return _from_arrays(path, unit, quantity, force)
+        elif path.suffix.lower() in UNIVERSAL:
+            curves, notes = _universal(path)
+        else:
+            curves = curves_of_file(path, columns)
+        return gathered(curves, str(path), unit=unit, quantity=quantity, force=force, fill=fill, hint=hint, notes=notes)
+
+
+def _universal(path: Path) -> tuple[dict[Pair, Curve], tuple[str, ...]]:
+    try:
+        # the one import that waits: pyuff is an extra, and only such a file needs it
+        from rbfound.files.uff import curves_in
+    except ImportError as error:
+        raise ValueError(f"{path}: Universal Files need pyuff: pip install 'rbfound[uff]' ({error}).") from None
+    return curves_in(path)
+
+
+def _from_arrays(path: Path, unit: str | None, quantity: str | None, force: float) -> FRF:
+    read = read_npz if path.suffix.lower() == ".npz" else read_mat
+    frequency, H, labels, found, notes = frf_parts(path, read(path, ("frequency", "H", "labels", "unit", "notes")))
+    said = said_unit(str(path), found, unit, quantity)
+    try:
+        start = int(len(frequency) > 0 and frequency[0] == 0 and parsed_unit(said)[0] > 0)
+        checked = FRF(frequency, H, labels)
+        if start:
+            notes = (*notes, STATIC)
+        return FRF(frequency[start:], receptance(frequency[start:], checked.H[start:], said, force), labels, notes)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def save_frf(frf: FRF, folder: str | os.PathLike[str]) -> None:
+    """Write the FRFs as a folder of text files that `load_frf` reads, numbered after table 2; or as .npz or .mat.
+
+    The sets follow the forces y1, x1, y2, x2, the responses in each set x1, y1, x2, y2. Every file is written aside
+    and renamed when all are complete; a folder in which that was interrupted is refused until it is saved again.
+    """
+    folder = Path(folder)
+    if folder.suffix in (".npz", ".mat"):
+        _save_arrays(frf, folder)
+        return
+    if frf.labels != seats_of(frf.labels):
+        raise ValueError(
+            f"The seats are {', '.join(frf.labels)}: file names can tell them only as x and y of each bearing, "
+            "x1, y1, x2, y2, ..."
+        )
+    forces = [label for pair in zip(frf.labels[1::2], frf.labels[0::2], strict=True) for label in pair]
+    texts: dict[str, str] = {}
+    for force in forces:
+        for response in frf.labels:
+            H = frf.H[:, frf.seat(response), frf.seat(force)]
+            name = f"frf{len(texts) + 1:02d}_{response}_from_{force}.txt"
+            columns = (np.abs(H), np.degrees(np.angle(H)), H.real, H.imag)
+            rows = [
+                f"{f:.10g}\t" + "\t".join(f"{value:.8e}" for value in values)
+                for f, *values in zip(frf.frequency, *columns, strict=True)
+            ]
+            texts[name] = "\n".join(["\t".join(COLUMNS), *rows, ""])
+    with aside(folder) as new:
+        for name, text in texts.items():
+            (new / name).write_text(text, encoding="utf-8", newline="\n")
+        # between two of these the folder holds files of two sets: `load_frf` refuses it until the last one is there
+        (folder / MIXED).touch()
+        for name in texts:
+            os.replace(new / name, folder / name)
+        (folder / MIXED).unlink()
+
+
+def _save_arrays(frf: FRF, path: Path) -> None:
+    words: dict[str, Any] = {
+        "labels": np.array(frf.labels),
+        "unit": np.array(["m/N"]),
+        "notes": np.array(frf.notes, dtype=str),
+    }
+    if path.suffix == ".npz":
+        replaced(path, lambda whole: np.savez(whole, frequency=frf.frequency, H=frf.H, **words))
+    else:
+        words["notes"] = np.array(frf.notes or ("",))
+        replaced(path, lambda whole: scipy_io.savemat(whole, {"frequency": frf.frequency, "H": frf.H, **words}))
+
+
+def load_foundation(path: str | os.PathLike[str]) -> Foundation:
+    """A foundation from the .npz, .json or .mat file that `save_foundation` wrote; nothing in it is unpickled.
+
+    Raises
+    ------
+    ValueError
+        When it is no such file, is damaged, or holds what is no foundation. It names the file.
+    """
+    path = Path(path)
+    with reckoning(path):
+        if not path.is_file():
+            raise ValueError(f"{path} is not a file: give the .npz, .json or .mat file that holds the foundation.")
+        if path.suffix == ".json":
+            text = decoded(path)
+            try:
+                return from_json(text)
+            except ValueError as error:
+                raise ValueError(f"{path} is not a readable .json file of a foundation: {error}") from None
+        arrays = read_mat(path, PARTS) if path.suffix == ".mat" else read_npz(path, PARTS)
+        missing = [name for name in PARTS if name not in arrays]
+        if missing:
+            raise ValueError(f"{path} holds no foundation: {', '.join(missing)} is missing.")
+        try:
+            if path.suffix == ".mat":
+                words = {
+                    name: np.array([t for t in texts(arrays[name]) if t], dtype=str) for name in ("labels", "notes")
+                }
+                arrays |= words
+            return from_arrays(arrays)
+        except ValueError as error:
+            raise ValueError(f"{path} is not a readable {path.suffix} file of a foundation: {error}") from None
+
+
+def save_foundation(foundation: Foundation, path: str | os.PathLike[str]) -> None:
+    """Write a foundation as .npz, .json or .mat; an older file stays whole until the new one is complete.
+
+    All three come back exactly, but for blanks at the ends of notes in .mat. For ANSYS, NASTRAN and ROSS see
+    `rbfound.files.exports` and `rbfound.files.ross_bearing`.
+    """
+    path = Path(path)
+    if path.suffix == ".npz":
+        words: dict[str, Any] = {name: np.array(getattr(foundation, name), dtype=str) for name in ("labels", "notes")}
+        matrices: dict[str, Any] = {name: getattr(foundation, name) for name in "MCKB"}
+        replaced(path, lambda whole: np.savez(whole, **matrices, **words))
+    elif path.suffix == ".json":
+        text_replaced(path, to_json(foundation))
+    elif path.suffix == ".mat":
+        replaced(path, lambda whole: scipy_io.savemat(whole, to_mat(foundation)))
+    else:
+        raise ValueError(f"{path} does not end in .npz, .json or .mat.")
+
+
+def foundation_bytes(foundation: Foundation) -> bytes:
+    """The .npz file that `save_foundation` writes."""
+    with tempfile.TemporaryDirectory() as aside:
+        path = Path(aside) / "foundation.npz"
+        save_foundation(foundation, path)
+        return path.read_bytes()
+
+
+def foundation_text(foundation: Foundation) -> str:
+    """M, C, K and B in full as plain text, behind what `print(foundation)` shows; # begins a remark."""
+    lines = [f"# {line}".rstrip() for line in str(foundation).splitlines()]
+    units = {"M": "kg", "C": "N s/m", "K": "N/m", "B": f"rows {', '.join(foundation.labels)}"}
+    for name, unit in units.items():
+        matrix = getattr(foundation, name)
+        lines += ["", f"# {name} [{unit}], {len(matrix)} rows" if name != "B" else f"# B, {unit}"]
+        lines += [" ".join(f"{value:.17g}" for value in row) for row in matrix]
+    return "\n".join([*lines, ""])

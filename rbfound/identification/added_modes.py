@@ -1,0 +1,367 @@
+"""Where the modes of a fit come from: known poles, pseudo-modes of the remainder, and the mode that is missing."""
+
+import numpy as np
+from scipy import linalg
+
+from rbfound.identification.least_squares import (
+    ALIKE,
+    Array,
+    Complex,
+    Problem,
+    State,
+    chain,
+    compliance,
+    cost,
+    curvature,
+    gradient,
+    groups_of,
+    moved,
+    residuals,
+    scale_of,
+    tangents,
+)
+
+# Where pseudo-modes are tried: parts of the band's lower edge, multiples of its upper edge.
+BELOW = (0.3, 0.7)
+
+
+ABOVE = (1.01, 1.03, 1.06, 1.1, 1.15, 1.2, 1.3, 1.45, 1.6, 2.0, 3.0, 5.0, 10.0)
+
+
+# Of nearly alike poles each stands for a mode if the residue that they share has that many eigenvalues above this part
+# of the largest. Where the second is a larger part, a pole that was found once is a repeated one: neither noise nor a
+# remainder that is not yet known leaves as much.
+RANK, PLAINLY = 1e-6, 0.5
+
+
+# How often a candidate's shape is improved.
+ALTERNATIONS = 6
+
+
+def first_modes(problem: Problem, poles: Complex) -> State:
+    """Modes at known poles with the shapes that linear least squares gives them, and one pseudo-mode a seat above.
+
+    Each entry is a real combination of the modes' compliances, of a remainder U + V w^2 of what lies above the band and
+    of one -L / w^2 of what lies below. The largest eigenvector of a mode's symmetric residue is its shape. Poles that
+    cannot be told from a repeated one have a residue together, and `repeated_modes` tells them apart.
+    """
+    groups = groups_of(poles)
+    mean = np.array([poles[group].mean() for group in groups], dtype=complex)
+    own, zeta = np.abs(mean), np.clip(-mean.real / np.abs(mean), 1e-4, 0.3)
+    seats, m = int(problem.rows.max()) + 1, len(mean)
+    low, high = problem.edges
+    w = problem.omega
+    several = np.flatnonzero([len(group) > 1 for group in groups])
+    g = compliance(w, own, zeta)
+    columns = np.vstack([g, np.ones_like(w), (w / high) ** 2, -((low / w) ** 2), g[several] ** 2])
+    residue = np.zeros((len(columns), seats, seats))
+    for e, (i, j) in enumerate(zip(problem.rows, problem.columns, strict=True)):
+        A = (columns * problem.weight[e]).view(float).T
+        size = np.linalg.norm(A, axis=0)
+        solved = linalg.lstsq(A / size, (problem.H[e] * problem.weight[e]).view(float))[0] / size
+        residue[:, i, j] = residue[:, j, i] = solved
+    level = level_of(problem)
+    residue[:m] *= level[:, None] * level
+    slope = np.zeros((m, seats, seats))
+    slope[several] = residue[m + 3 :] * level[:, None] * level
+    inside = State(np.zeros((seats, 0)), np.zeros(0), np.zeros(0))
+    for k, group in enumerate(groups):
+        values = np.linalg.eigvalsh(residue[k])
+        rank, plain = (int((values > part * values[-1]).sum()) for part in (RANK, PLAINLY))
+        Phi, shift = repeated_modes(residue[k], slope[k], max(1, plain, min(len(group), rank)))
+        # a step to first order, no longer than the poles that were found are apart
+        most = 2 * own[k] ** 2 * ALIKE * zeta[k]
+        omega = np.sqrt(own[k] ** 2 + np.clip(shift, -most, most))
+        inside = inside.joined(State(Phi / level[:, None], omega, np.full(len(omega), zeta[k])))
+    return inside.joined(_above(residue[m], residue[m + 1] / high**2, high, float(np.median(zeta)) if m else 0.02))
+
+
+def repeated_modes(R: Array, slope: Array, few: int) -> tuple[Array, Array]:
+    """The modes of a repeated pole, or of nearly repeated ones: shapes (seats, few) and shifts of omega^2 (few,).
+
+    To first order, modes near one pole are R g + slope g^2 with R = Phi Phi' and slope = -Phi diag(shift) Phi'. Both
+    are diagonal in the right combination of the largest eigenvectors of R; where the pole is a repeated one, any is.
+    """
+    values, vectors = np.linalg.eigh(R)
+    half = vectors[:, -few:] * np.sqrt(np.maximum(values[-few:], 1e-9 * np.abs(values).max()))
+    inverse = half / (half**2).sum(axis=0)
+    shift, turn = np.linalg.eigh(-inverse.T @ slope @ inverse)
+    return half @ turn, shift
+
+
+def level_of(problem: Problem) -> Array:
+    """What brings all seats to one size, (seats,) [sqrt(N/m)]: else an eigenvector sees the one that moves most."""
+    return np.asarray(np.sqrt(np.median(problem.weight[problem.rows == problem.columns], axis=1)))
+
+
+def _above(U: Array, V: Array, high: float, zeta: float) -> State:
+    """One pseudo-mode a seat for the remainder U + V w^2: U = sum phi phi' / omega^2, V = sum phi phi' / omega^4.
+
+    Both are diagonal in the eigenvectors of V - lambda U, with lambda = 1 / omega^2; what noise made negative is cut.
+    """
+    values, vectors = np.linalg.eigh(U)
+    values = np.maximum(values, 1e-3 * np.abs(values).max() + np.finfo(float).tiny)
+    half = vectors * np.sqrt(values)
+    inverse = (vectors / np.sqrt(values)).T
+    squared, turn = np.linalg.eigh(inverse @ V @ inverse.T)
+    omega = 1 / np.sqrt(np.clip(squared, (20 * high) ** -2, (1.05 * high) ** -2))
+    return State(half @ turn * omega, omega, np.full(len(omega), zeta))
+
+
+def candidates(low: float, high: float, zeta: float) -> Array:
+    """Frequencies at which a missing mode is looked for [rad/s]: below, in and above a band, as dense as zeta asks."""
+    count = int(np.clip(np.log(high / low) / (2 * zeta), 20, 300))
+    return np.concatenate([low * np.array(BELOW), np.geomspace(low, high, count), high * np.array(ABOVE)])
+
+
+def missing_mode(
+    problem: Problem, state: State, own: Array, zeta: float, least: float | Array = 0.0
+) -> tuple[State, Array]:
+    """The mode that would lower the cost most at each of several frequencies, all other modes being free to follow.
+
+    Parameters
+    ----------
+    own : (c,) [rad/s]
+        Where it is tried.
+    zeta : damping ratio that it is tried with
+    least : number or (c,)
+        What is of interest: a mode that would lower the cost by less may come out as one that does nothing.
+
+    Returns
+    -------
+    State with c modes, one a candidate, and (c,) by how much each would lower the cost (to first order)
+    """
+    N, b = curvature(problem, state), gradient(problem, state, residuals(problem, state))
+    scale = scale_of(N)
+    factor = linalg.cholesky(N / scale[:, None] / scale + 1e-9 * np.eye(len(N)), lower=True)
+    size, match, cross = against(problem, state, own, np.full(len(own), zeta))
+    # what the present modes can do by themselves is taken out, of the candidates and of the residuals
+    count, entries = size.shape
+    Y = linalg.solve_triangular(factor, (cross / scale).reshape(count * entries, -1).T, lower=True)
+    Y = Y.T.reshape(count, entries, -1)
+    match = match - Y @ linalg.solve_triangular(factor, b / scale, lower=True)
+    Q = size[:, :, None] * np.eye(entries) - Y @ Y.transpose(0, 2, 1)
+    phi, gain = _rank_one(problem, Q, match, size, least)
+    return State(phi.T.copy(), own, np.full(count, zeta)), gain
+
+
+def against(problem: Problem, state: State, own: Array, zeta: Array) -> tuple[Array, Array, Array]:
+    """Of each candidate and entry: its squared norm, its product with the residuals, and with J, (c, entries, ...)."""
+    m, entries = len(state.omega), len(problem.rows)
+    thin = problem.thinned()
+    error = problem.weight * residuals(problem, state)
+    match = compliance(problem.omega, own, zeta).view(float) @ error.view(float).T
+    new, basis = compliance(thin.omega, own, zeta), tangents(thin.omega, state).reshape(3 * m, -1)
+    size = (new.real**2 + new.imag**2) @ (thin.weight**2).T
+    product = np.empty((entries, len(own), m, 3))
+    for e, weight in enumerate(thin.weight):
+        product[e] = (new.view(float) @ (basis * weight**2).view(float).T).reshape(-1, m, 3)
+    # (e, m, c, 3) by (e, m, 3, parameters)
+    cross = np.matmul(product.transpose(0, 2, 1, 3), chain(state, problem.rows, problem.columns).transpose(0, 1, 3, 2))
+    return size, match, cross.transpose(2, 0, 3, 1).reshape(len(own), entries, -1)
+
+
+def bordered(problem: Problem, state: State, places: Array, zeta: Array) -> tuple[Array, Array]:
+    """J'J and J'r of the modes' parameters and, behind them, of the entries of a free residue at each place."""
+    thin = problem.thinned()
+    N, b = curvature(thin, state), gradient(thin, state, residuals(thin, state))
+    p, entries = len(N), len(problem.rows)
+    _, match, cross = against(thin, state, places, zeta)
+    g = compliance(thin.omega, places, zeta)
+    A = np.zeros((p + len(places) * entries,) * 2)
+    A[:p, :p] = N
+    A[p:, :p] = cross.reshape(-1, p)
+    A[:p, p:] = A[p:, :p].T
+    for e, weight in enumerate(thin.weight):
+        column = (g * weight).view(float)
+        A[p + e :: entries, p + e :: entries] = column @ column.T
+    return A, np.concatenate([b, match.ravel()])
+
+
+def symmetric(problem: Problem, entries: Array) -> Array:
+    """Matrices (k, seats, seats) from their entries i <= j, (k, entries)."""
+    seats = int(problem.rows.max()) + 1
+    R = np.zeros((len(entries), seats, seats))
+    R[:, problem.rows, problem.columns] = R[:, problem.columns, problem.rows] = entries
+    return R
+
+
+def _rank_one(problem: Problem, Q: Array, match: Array, size: Array, least: float | Array) -> tuple[Array, Array]:
+    """Of each candidate the shape phi whose phi phi' lowers the cost most, (c, seats), and by how much, 0 if none does.
+
+    Q (c, entries, entries), match and size (c, entries). The cost is no convex function of phi: from two starts, the
+    residue that would be best if any were allowed and the one that points along the gradient, phi is replaced by the
+    best psi in the symmetric part of phi psi', over and over. No phi phi' does better than that first residue: where it
+    does less than what is of interest, the rest is spared.
+    """
+    unit = 1 / np.sqrt(np.maximum(size, np.finfo(float).tiny))
+    scaled = Q * unit[:, :, None] * unit[:, None, :] + 1e-6 * np.eye(Q.shape[1])
+    free = unit * np.linalg.solve(scaled, (unit * match)[:, :, None])[:, :, 0]
+    phi, gain = np.zeros((len(Q), int(problem.rows.max()) + 1)), np.zeros(len(Q))
+    of_interest = (match * free).sum(axis=1) > least
+    Q, match, size, free, unit = (x[of_interest] for x in (Q, match, size, free, unit))
+    # seats are brought to one size, else the one that moves most is all that the eigenvector sees
+    level = size[:, problem.rows == problem.columns] ** 0.25
+    shape, best = np.zeros((len(Q), phi.shape[1])), np.zeros(len(Q))
+    for start in (free, unit**2 * match):
+        residue = symmetric(problem, start)
+        trial = np.linalg.eigh(residue * level[:, :, None] * level[:, None, :])[1][:, :, -1]
+        for _ in range(ALTERNATIONS):
+            better, worth = _scaled(problem, Q, match, trial / level)
+            improved = worth > best
+            shape[improved], best[improved] = better[improved], worth[improved]
+            trial = _other(problem, Q, match, trial, level)
+    phi[of_interest], gain[of_interest] = shape, best
+    return phi, gain
+
+
+def _scaled(problem: Problem, Q: Array, match: Array, phi: Array) -> tuple[Array, Array]:
+    """Shapes at the size that lowers the cost most, and by how much."""
+    product = phi[:, problem.rows] * phi[:, problem.columns]
+    along = np.maximum(np.einsum("ce,ce->c", product, match), 0)
+    norm = np.maximum(np.einsum("ce,cef,cf->c", product, Q, product), np.finfo(float).tiny)
+    return phi * np.sqrt(along / norm)[:, None], along**2 / norm
+
+
+def _other(problem: Problem, Q: Array, match: Array, trial: Array, level: Array) -> Array:
+    """Half way from phi to the psi that is best beside it, both of length 1 in levelled seats."""
+    seats = np.arange(trial.shape[1])
+    left = (problem.columns[:, None] == seats) * (trial / level)[:, problem.rows, None]
+    right = (problem.rows[:, None] == seats) * (trial / level)[:, problem.columns, None]
+    A = (left + right) / 2 / level[:, None, :]
+    square = A.transpose(0, 2, 1) @ Q @ A
+    trace = np.trace(square, axis1=1, axis2=2)[:, None, None]
+    square = square + (1e-9 * trace + np.finfo(float).tiny) * np.eye(len(seats))
+    psi = np.linalg.solve(square, A.transpose(0, 2, 1) @ match[:, :, None])[:, :, 0]
+    psi /= np.maximum(np.linalg.norm(psi, axis=1, keepdims=True), np.finfo(float).tiny)
+    turned = trial + psi * np.sign(np.einsum("cs,cs->c", trial, psi))[:, None]
+    return np.asarray(turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), np.finfo(float).tiny))
+
+
+# Where residues stand, in multiples of the band's upper edge. At each place there are two, damped by these multiples:
+# of both together, any damping between can be made.
+BEYOND, DAMPED = (1.015, 1.05, 1.12, 1.22, 1.4, 1.8, 3.0, 20.0), (0.5, 2.0)
+
+
+# More unknowns than these cost more than they save.
+MOST = 600
+
+
+# Parts of the upper edge at which the few modes answer as the many do: a good sum with modes to spare, and one mode a
+# seat, which may be the very modes that are there.
+SPARE, SCARCE = (0.3, 0.8, 1.0), (0.9,)
+
+
+# The barrier: its first size, as a part of the largest slope; how it falls; steps at each size at the most.
+FIRST, FALL, STEPS = 0.3, 8.0, 4
+
+
+# A step that has to be shorter than this part of Newton's leads nowhere.
+SHORT = 1e-6
+
+
+def arranged(
+    problem: Problem, own: State, zeta: float, variance: float, exact: tuple[float, ...] = SPARE
+) -> State | None:
+    """The modes of the band, and a few pseudo-modes above it.
+
+    Parameters
+    ----------
+    own : State
+        The modes of the band; they follow to first order.
+    zeta : their damping ratio, more or less
+    variance : float
+        Of a weighted error: the cost comes within ten times this of the best.
+    exact : SPARE or SCARCE
+        How many pseudo-modes.
+
+    Returns
+    -------
+    None when there are too many seats for it, or no mode in the band: then there is nothing that it stands beside.
+    """
+    high = problem.edges[1]
+    places = np.repeat(high * np.array(BEYOND), len(DAMPED))
+    damping = np.tile(zeta * np.array(DAMPED), len(BEYOND))
+    entries, seats = len(problem.rows), own.Phi.shape[0]
+    if len(places) * entries > MOST or not len(own.omega):
+        return None
+    A, b = bordered(problem, own, places, damping)
+    x = _best(problem, A, b, len(places), 10 * variance)
+    step, R = x[: -len(places) * entries], symmetric(problem, x[-len(places) * entries :].reshape(-1, entries))
+    values, vectors = np.linalg.eigh(R)
+    Phi = (vectors * np.sqrt(np.maximum(values, 0))[:, None, :]).transpose(1, 0, 2).reshape(seats, -1)
+    many = State(Phi, np.repeat(places, seats), np.repeat(damping, seats))
+    # a direction that adds d^2 to the weighted receptances of driving points adds no more than d^4 to the cost, a line
+    few = _few(many, high * np.array(exact), level_of(problem), (variance / problem.H.size) ** 0.25)
+    return min((moved(problem, own, step).joined(few), own.joined(few)), key=lambda state: cost(problem, state))
+
+
+def _best(problem: Problem, A: Array, b: Array, count: int, gap: float) -> Array:
+    """The x that makes x'Ax - 2b'x least, its last entries being `count` positive semidefinite matrices.
+
+    To `gap`, or to where rounding ends the way; x is feasible all along it.
+    """
+    entries = len(problem.rows)
+    p = len(A) - count * entries
+    point = problem.rows == problem.columns
+    twice = np.where(point, 1.0, 2.0)
+    # parameters at the size of their columns, matrices at that of their diagonals: they stay what they are
+    unit = 1 / scale_of(A)
+    root = np.sqrt(unit[p:].reshape(count, entries)[:, point])
+    unit[p:] = (root[:, problem.rows] * root[:, problem.columns]).ravel()
+    A, b = A * unit[:, None] * unit, b * unit
+    x = np.zeros(len(A))
+    x[p:].reshape(count, entries)[:, point] = FIRST
+    barrier = FIRST * float(np.abs(b).max())
+
+    def worth(x: Array) -> float:
+        values = np.linalg.eigvalsh(symmetric(problem, x[p:].reshape(count, entries)))
+        return float(x @ A @ x - 2 * b @ x - barrier * np.log(values).sum()) if values.min() > 0 else np.inf
+
+    while True:
+        for _ in range(STEPS):
+            S = np.asarray(np.linalg.inv(symmetric(problem, x[p:].reshape(count, entries))), dtype=float)
+            slope, bend = 2 * (A @ x - b), 2 * A
+            slope[p:] -= barrier * (twice * S[:, problem.rows, problem.columns]).ravel()
+            for k, both in enumerate(_barrier_bend(problem, S, twice)):
+                part = slice(p + k * entries, p + (k + 1) * entries)
+                bend[part, part] += barrier * both
+            # neighbouring places are nearly alike: rounding makes it indefinite
+            bend.flat[:: len(bend) + 1] += 1e-12 * np.trace(bend) / len(bend)
+            lower, failed = linalg.lapack.dpotrf(bend, lower=1)
+            if failed:
+                return x * unit
+            step = -linalg.lapack.dpotrs(lower, slope, lower=1)[0]
+            now, expected, length = worth(x), -float(slope @ step), 1.0
+            while worth(x + length * step) > now - 1e-4 * length * expected:
+                length *= 0.6
+                if length < SHORT:
+                    return x * unit
+            x = x + length * step
+            if expected < barrier / 2:
+                break
+        if barrier * count * int(point.sum()) < gap:
+            return x * unit
+        barrier /= FALL
+
+
+def _barrier_bend(problem: Problem, S: Array, twice: Array) -> Array:
+    """Second derivatives of -log det R by the entries i <= j of each R, from its inverse, (count, entries, entries)."""
+    i, j = problem.rows, problem.columns
+    straight = S[:, i[:, None], i] * S[:, j[:, None], j] + S[:, i[:, None], j] * S[:, j[:, None], i]
+    return np.asarray(straight * twice[:, None] * twice / 2)
+
+
+def _few(many: State, at: Array, unit: Array, least: float) -> State:
+    """At most as many modes a seat as frequencies, where they answer as the many do: undamped, value and slope.
+
+    Without directions in which the seats, each multiplied by its `unit`, answer by less than the root of what is least.
+    """
+    # in coordinates of which the stiffness is one
+    B = many.Phi / many.omega
+    answers = np.hstack([(B * unit[:, None] / (1 - (omega / many.omega) ** 2)).T for omega in at])
+    V, size, _ = linalg.svd(answers, full_matrices=False)
+    V = V[:, size > least]
+    softness, turn = np.linalg.eigh(V.T @ (V / many.omega[:, None] ** 2))
+    T, omega = V @ turn, 1 / np.sqrt(softness)
+    return State(B @ T * omega, omega, (T**2 * (many.zeta / many.omega)[:, None]).sum(axis=0) * omega)

@@ -1,0 +1,270 @@
+"""Error bars: from the covariance of fitted modes to the natural frequencies and critical speeds of the machine.
+
+A pole of D(lambda) = lambda^2 M + lambda (C + G) + K moves with a parameter p by
+
+    d lambda = - psi' (dD/dp) phi / (psi' (2 lambda M + C + G) phi),      D phi = 0,  psi' D = 0
+
+and with all parameters of a fit, whose covariance is known, the spread of each pole follows. (Sensitivity of poles:
+Lancaster 1964, DOI 10.1007/BF01386060; Fox and Kapoor 1968, DOI 10.2514/3.5008.) Linear, so good while the error bars
+are small against the distance of two poles; `monte_carlo` tells whether they are.
+"""
+
+import os
+from collections.abc import Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import partial
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import special
+
+from rbfound.campbell_diagram import Campbell
+from rbfound.files import read_npz, replaced
+from rbfound.frf import FRF
+from rbfound.identification.modal_fit import ModalFit, fit_modes
+from rbfound.machine import Machine, mount
+from rbfound.parallel import run
+from rbfound.rotor import Bearing, Rotor
+from rbfound.units import hertz
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorBars:
+    """Poles of a machine with their standard deviations; all of one shape, (m,), or (speeds, m) of a diagram.
+
+    Attributes
+    ----------
+    poles : complex [rad/s]
+        nan where a branch of the diagram has ended.
+    frequency_deviation : [Hz]   of the damped natural frequency
+    damping_deviation : [-]
+    """
+
+    poles: Complex
+    frequency_deviation: Array
+    damping_deviation: Array
+
+    @property
+    def frequency(self) -> Array:
+        """Damped natural frequencies [Hz]."""
+        return np.asarray(hertz(self.poles.imag))
+
+    @property
+    def damping(self) -> Array:
+        """Damping ratios [-]."""
+        return np.asarray(-self.poles.real / np.abs(self.poles))
+
+    def interval(self, level: float = 0.95) -> tuple[Array, Array]:
+        """Lowest and highest frequency [Hz] of the interval that holds the true one with this probability."""
+        half = _quantile(level) * self.frequency_deviation
+        return self.frequency - half, self.frequency + half
+
+
+@dataclass(frozen=True, eq=False)
+class CriticalBars:
+    """Critical speeds with their standard deviations, ascending: speed and deviation (c,) [rad/s]."""
+
+    speed: Array
+    deviation: Array
+
+    def interval(self, level: float = 0.95) -> tuple[Array, Array]:
+        """Lowest and highest speed [rad/s] of the interval that holds the true one with this probability."""
+        half = _quantile(level) * self.deviation
+        return self.speed - half, self.speed + half
+
+
+def error_bars(
+    fit: ModalFit, machine: Machine, speed: float = 0.0, *, above: float = 1.0, below: float = np.inf
+) -> ErrorBars:
+    """How sure the natural frequencies and dampings of a machine are that stands on an identified foundation.
+
+    Parameters
+    ----------
+    fit : ModalFit
+    machine : Machine
+        mount(rotor, bearings, on=fit.foundation()); rotor and bearings are taken to be known.
+    speed : [rad/s]
+    above, below : [Hz]
+        Which natural frequencies are wanted.
+
+    Raises
+    ------
+    ValueError
+        When the machine does not stand on this fit.
+    """
+    modes = machine.at(speed).modes().above(above).below(below)
+    return _bars(fit, machine, speed, modes.poles)
+
+
+def campbell_bars(fit: ModalFit, diagram: Campbell) -> ErrorBars:
+    """Error bars of each point of a Campbell diagram, (speeds, m), whose machine stands on an identified foundation.
+
+    Parameters and errors are those of `error_bars`.
+    """
+    rows = [
+        _bars(fit, diagram.machine, float(speed), poles)
+        for speed, poles in zip(diagram.speeds, diagram.poles, strict=True)
+    ]
+    deviations = (
+        np.array([getattr(row, name) for row in rows]) for name in ("frequency_deviation", "damping_deviation")
+    )
+    return ErrorBars(diagram.poles, *deviations)
+
+
+def critical_bars(fit: ModalFit, diagram: Campbell) -> CriticalBars:
+    """Error bars of the critical speeds of a Campbell diagram.
+
+    A critical speed is where Im lambda(speed) = speed, so that it moves by d Im lambda / (1 - d Im lambda / d speed).
+    """
+    critical = diagram.critical_speeds()
+    deviation = np.empty(len(critical.speed))
+    for k, (speed, zeta) in enumerate(zip(critical.speed, critical.damping, strict=True)):
+        pole = speed * complex(-zeta / np.sqrt(1 - zeta**2), 1)
+        slope, turning = _slopes(fit, diagram.machine, float(speed), pole)
+        along = slope.imag / (1 - turning.imag)
+        deviation[k] = _spread(fit, along)
+    return CriticalBars(critical.speed, deviation)
+
+
+def monte_carlo(
+    fit: ModalFit,
+    frequency: ArrayLike,
+    rotor: Rotor,
+    bearings: Mapping[float, Bearing],
+    *,
+    speed: float = 0.0,
+    above: float = 1.0,
+    below: float = np.inf,
+    count: int = 100,
+    seed: int = 0,
+    executor: Executor | None = None,
+    progress: bool | None = None,
+    kept: str | os.PathLike[str] | None = None,
+) -> Complex:
+    """Poles of the machine on foundations that the same measurement, done again, could have given: (count, m) [rad/s].
+
+    Each time the FRFs of the fit get fresh noise of the size that was estimated, and are identified anew. Column by
+    column the poles belong to those of `error_bars`, whose linear road this checks; a mode that one of the foundations
+    lacks has the pole nearest to it.
+
+    Parameters
+    ----------
+    fit : ModalFit
+    frequency : (n,) [Hz]
+        The lines of the data.
+    rotor, bearings : what stands on the foundation
+    speed, above, below : as for `error_bars`
+    count, seed : how many, and where their random numbers begin
+    executor, progress : see `rbfound.parallel.run`
+    kept : path of a .npz file, optional
+        Holds what has been computed, after each foundation. Called again with the same arguments, after an interrupt or
+        with a larger `count`, the function goes on from there.
+
+    Raises
+    ------
+    ValueError
+        When `kept` holds the poles of something else, or is damaged.
+    """
+    machine = mount(rotor, bearings, on=fit.foundation())
+    poles = machine.at(speed).modes().above(above).below(below).poles
+    lines = np.asarray(frequency, dtype=float)
+    lines = lines[(lines >= fit.band[0]) & (lines <= fit.band[1])]
+    task = partial(_again, fit, lines, rotor, bearings, speed, poles)
+    seeds = np.random.SeedSequence(seed).spawn(count)
+    bar: dict[str, Any] = {"executor": executor, "progress": progress, "title": "machines"}
+    if kept is None:
+        return np.array(run(task, seeds, **bar)).reshape(count, len(poles))
+    path = Path(kept)
+    errors = 0.0 if fit.errors is None else fit.errors
+    data = (fit.Phi, fit.omega, fit.zeta, fit.noise, fit.band, fit.relative, errors, lines)
+    told = repr(
+        [np.asarray(part).tobytes() for part in data] + [rotor, sorted(bearings.items()), speed, above, below, seed]
+    )
+    asked = sha256(told.encode()).hexdigest()
+    begun = _begun(path, asked) if path.exists() else []
+
+    def keep(found: list[Complex]) -> None:
+        replaced(path, lambda whole: np.savez(whole, asked=np.array(asked), poles=np.array(found)))
+
+    return np.array(run(task, seeds, **bar, begun=begun, keep=keep)).reshape(count, len(poles))
+
+
+def _begun(path: Path, asked: str) -> list[Complex]:
+    """The poles that an earlier `monte_carlo` kept, if it was asked the same."""
+    stored = read_npz(path, ("asked", "poles"))
+    if "poles" not in stored or str(stored.get("asked")) != asked:
+        raise ValueError(f"{path} is not of this fit, rotor, speed and seed: name another file, or remove it.")
+    return list(stored["poles"])
+
+
+def _quantile(level: float) -> float:
+    if not 0 < level < 1:
+        raise ValueError(f"level is {level}: the probability of an interval lies between 0 and 1, 0.95 for instance.")
+    return float(special.ndtri(0.5 + level / 2))
+
+
+def _bars(fit: ModalFit, machine: Machine, speed: float, poles: Complex) -> ErrorBars:
+    frequency, damping = np.full(len(poles), np.nan), np.full(len(poles), np.nan)
+    for k in np.flatnonzero(np.isfinite(poles)):
+        slope, _ = _slopes(fit, machine, speed, poles[k])
+        size = abs(poles[k])
+        # of -Re / |pole|
+        along = -slope.real / size + poles[k].real * np.real(poles[k].conj() * slope) / size**3
+        frequency[k], damping[k] = hertz(_spread(fit, slope.imag)), _spread(fit, along)
+    return ErrorBars(poles, frequency, damping)
+
+
+def _spread(fit: ModalFit, slope: Array) -> float:
+    return float(np.sqrt(slope @ fit.covariance @ slope))
+
+
+def _slopes(fit: ModalFit, machine: Machine, speed: float, pole: complex) -> tuple[Complex, complex]:
+    """Derivatives of a pole by the parameters of the fit in the order of its covariance, and by the speed."""
+    n = len(machine.mesh.M)
+    on = machine.foundation
+    if on is None or not np.array_equal(on.B, fit.Phi) or not np.array_equal(np.diag(on.K), fit.omega**2):
+        raise ValueError("The machine does not stand on this fit: mount the rotor on fit.foundation().")
+    C = machine.C + speed * machine.G
+    left, _, right = np.linalg.svd(pole**2 * machine.M + pole * C + machine.K)
+    psi, phi = left[:, -1].conj(), right[-1].conj()
+    rate = psi @ (2 * pole * machine.M + C) @ phi
+    # forces of the bearings upon the seats in either motion
+    before, behind = np.zeros((2, len(fit.Phi)), dtype=complex)
+    for k, (z, bearing) in enumerate(machine.bearings.items()):
+        seat, node = slice(2 * k, 2 * k + 2), 4 * machine.mesh.node(z)
+        Z = bearing.K + pole * bearing.C
+        before[seat], behind[seat] = (
+            tied @ (v[node : node + 2] - fit.Phi[seat] @ v[n:]) for tied, v in ((Z.T, psi), (Z, phi))
+        )
+    of_shapes = np.outer(behind, psi[n:]) + np.outer(before, phi[n:])
+    own = psi[n:] * phi[n:]
+    of_damping = -own * pole * 2 * fit.zeta * fit.omega
+    of_frequency = -own * 2 * fit.omega**2 + of_damping
+    moved = np.concatenate([of_shapes.ravel(), of_frequency, of_damping])
+    return moved / rate, complex(-pole * (psi @ machine.G @ phi) / rate)
+
+
+def _again(
+    fit: ModalFit,
+    frequency: Array,
+    rotor: Rotor,
+    bearings: Mapping[float, Bearing],
+    speed: float,
+    poles: Complex,
+    seed: np.random.SeedSequence,
+) -> Complex:
+    """Poles of the machine on the foundation of one more measurement, each the nearest to one of the given."""
+    clean = fit.foundation().frf(frequency)
+    error = np.random.default_rng(seed).standard_normal((*clean.H.shape, 2)) @ [1, 1j] / np.sqrt(2)
+    size = np.abs(clean.H) if fit.relative else 1.0 if fit.errors is None else fit.errors
+    noisy = FRF(clean.frequency, clean.H + fit.noise * size * error, clean.labels)
+    foundation = fit_modes(noisy, band=fit.band, relative=fit.relative, errors=fit.errors).foundation()
+    found = mount(rotor, bearings, on=foundation).at(speed).modes().poles
+    return np.asarray(found[np.abs(poles[:, None] - found).argmin(axis=1)])

@@ -1,0 +1,357 @@
+"""How many modes a fit has: added where one is missing, taken away where noise would do as well."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from rbfound.identification.added_modes import (
+    SCARCE,
+    SPARE,
+    arranged,
+    candidates,
+    first_modes,
+    level_of,
+    missing_mode,
+    repeated_modes,
+)
+from rbfound.identification.least_squares import (
+    CAREFUL,
+    HEAVY,
+    LIGHT,
+    SURE,
+    Array,
+    Complex,
+    Problem,
+    State,
+    compliance,
+    cost,
+    curvature,
+    groups_of,
+    noise_of,
+    receptances,
+    refine,
+    scale_of,
+    size_of,
+)
+from rbfound.units import hertz
+
+
+def covariance_of(problem: Problem, state: State) -> tuple[Array, float]:
+    """Covariance of phi, log omega, log zeta, and the standard deviation of a complex weighted residual."""
+    N = curvature(problem, state)
+    variance = _variance(problem, state)
+    turn = _to_shapes(state)
+    return turn @ _inverse(N) @ turn.T * variance, float(np.sqrt(2 * variance))
+
+
+def _variance(problem: Problem, state: State) -> float:
+    """Of the real part of a weighted residual; the imaginary part has the same."""
+    numbers = 2 * problem.H.size
+    parameters = state.Phi.size + 2 * len(state.omega)
+    return cost(problem, state) / max(numbers - parameters, 1)
+
+
+def _inverse(N: Array) -> Array:
+    scale = scale_of(N)
+    return np.asarray(linalg.pinvh(N / scale[:, None] / scale, rtol=1e-13) / scale[:, None] / scale)
+
+
+def _to_shapes(state: State) -> Array:
+    """From shapes relative to their frequency, as the fit has them, to shapes."""
+    seats, m = state.Phi.shape
+    turn = np.eye((seats + 2) * m)
+    for i, row in enumerate(state.Phi):
+        turn[i * m : (i + 1) * m, seats * m : -m] = np.diag(row)
+    return turn
+
+
+# A new mode has seats + 2 parameters and about a hundred places to be tried at: by chance the cost falls, in units of
+# the noise's variance, by 20 in less than one fit of a thousand. A pseudo-mode too many above the band does no harm,
+# but what one too few leaves undone makes the others wrong by more than their error bars: 5 falls by chance in one fit
+# of five. What was found as a whole lacks none. One too many below would be a slow critical speed that is not there.
+WORTH, WORTH_ABOVE = 20.0, 5.0
+
+
+# A pseudo-mode that does less, in units of the noise's variance, stands for nothing.
+IDLE = 2.0
+
+
+# A search that goes on ends at a step that lowers the cost by less than this part of it.
+ROUGH = 0.0003
+
+
+# A good fit ends at a step that lowers the cost by less than this part of the noise's variance.
+ENOUGH = 0.1
+
+
+# A rough fit that leaves less than this many times what noise does lacks nothing that a good one would not show sooner.
+GOOD = 1.1
+
+
+# Data are taken for no better than this part of |H|: below it, the search for what is missing ends.
+FINEST = 2e-4
+
+
+# Modes at the poles leave more than this part of the data, and a single one more takes more than that part of the rest
+# away, only where a pole is missing. If none is, the rest is the remainder's, and no mode of the band helps with it.
+UNEXPLAINED, PLAIN = 0.25, 0.02
+
+
+# Modes that are nearer to each other than this many times their damping -Re lambda may be one too many.
+CROWDED = 1.0
+
+
+# A fit with a mode less that is not within this many times WORTH after a few steps is given up.
+FAR_OFF = 100.0
+
+
+# A mode that is damped more is no mode of the band, but a part of the remainder.
+REMAINDER = 0.3
+
+
+def variance_of(problem: Problem, state: State) -> float:
+    """The noise's variance in the units of the cost, at least that of the finest data there are."""
+    return max(noise_of(problem, state), FINEST * scale_of_data(problem)) ** 2
+
+
+def scale_of_data(problem: Problem) -> float:
+    """The size of the weighted data, without those lines where it is great or small."""
+    return float(np.median(problem.weight * size_of(problem.H, problem.rows, problem.columns)))
+
+
+def started(problem: Problem, poles: Complex, zeta: float, most: int) -> State:
+    """Modes at the poles, and at those that are plainly missing among them; one pseudo-mode a seat above the band.
+
+    A mode that comes before the others are refined spares the way on which they do its work.
+
+    Parameters
+    ----------
+    zeta : damping ratio that a missing mode starts with
+    most : modes to add
+    """
+    thin = problem.thinned()
+    tried = within(candidates(*problem.edges, zeta), problem.edges)
+    data = float(np.sum(np.abs(thin.weight * thin.H) ** 2))
+    for _ in range(most):
+        state = first_modes(thin, poles)
+        left = cost(thin, state)
+        if left < UNEXPLAINED * data:
+            return state
+        gain = missing_mode(thin, state, tried, zeta, PLAIN * left)[1]
+        if gain.max() < PLAIN * left:
+            return state
+        poles = np.append(poles, tried[gain.argmax()] * (-zeta + 1j * np.sqrt(1 - zeta**2)))
+    return first_modes(thin, poles)
+
+
+def in_band(omega: Array, edges: tuple[float, float]) -> NDArray[np.bool_]:
+    """Which frequencies lie in the band."""
+    return (omega >= edges[0]) & (omega <= edges[1])
+
+
+def within(omega: Array, edges: tuple[float, float]) -> Array:
+    """Those frequencies that lie in the band."""
+    return omega[in_band(omega, edges)]
+
+
+def completed(problem: Problem, state: State, zeta: float, most: int) -> State:
+    """Refine and add what is missing, by turns, until noise could do as much.
+
+    A mode of the band comes alone. What lies above it is found as a whole. Where noise would hide it, pseudo-modes are
+    none too many; else there is first one a seat, in case that these are the very modes.
+
+    Parameters
+    ----------
+    zeta : damping ratio that a new mode starts with
+    most : modes to add
+    """
+    edges = problem.edges
+    tried = candidates(*edges, zeta)
+    own = in_band(tried, edges)
+    thin, variance = problem.thinned(), variance_of(problem, state)
+    added, whole, thorough = 0, False, False
+    # few lines neither tell noise from resonances nor determine modes to spare
+    noisy = problem.nodes is not None and noise_of(problem, state) > FINEST * scale_of_data(problem)
+    other = arranged(thin, state.only(inside(state, edges)), zeta, variance, SPARE if noisy else SCARCE)
+    # to first order it is better; of nearly repeated modes a long step is not
+    better = other is not None and cost(thin, other) < cost(thin, state)
+    state, whole = (other if other is not None and better else state), noisy and better
+    while True:
+        # a rough fit tells where a mode of the band is missing; a good one, that none is, and whether those outside do
+        small, rough, damping = (ENOUGH * variance, 0.0, SURE) if thorough else (variance, ROUGH, CAREFUL)
+        state, left = refine(thin, state, small=small, rough=rough, damping=damping, iterations=80)
+        variance = variance_of(problem, state)
+        idle = ~inside(state, edges) & (weight_of(thin, state) < IDLE * variance)
+        if idle.any():
+            state = state.only(~idle)
+            if idle.all():
+                return state
+            continue
+        if not thorough and left < GOOD * variance * thin.H.size:
+            thorough = True
+            continue
+        if added < most and left > FINEST**2 * problem.H.size:
+            least = variance * np.where((tried > edges[1]) & (not whole), WORTH_ABOVE, WORTH)
+            new, gain = missing_mode(thin, state, tried, zeta, least)
+            best = int(np.where(gain > least, gain, 0.0).argmax())
+            found, more = gain[best] > least[best] and (thorough or own[best]), None
+            if found and not own[best] and not whole:
+                whole = True
+                more = _with_other_remainder(thin, state, left, zeta, variance)
+            if found and more is None:
+                added += 1
+                more = _added(thin, state, left, new.only(np.array([best])), float(least[best]))
+                thorough = thorough and more is None
+            if more is not None:
+                state = more
+                continue
+        if thorough:
+            return state
+        thorough = True
+
+
+def _with_other_remainder(problem: Problem, state: State, left: float, zeta: float, variance: float) -> State | None:
+    """The modes of the band and pseudo-modes that were found at once, if they lower the cost."""
+    other = arranged(problem, state.only(inside(state, problem.edges)), zeta, variance)
+    if other is None:
+        return None
+    more, then = refine(problem, other, small=ENOUGH * variance, iterations=80)
+    return more if then < left else None
+
+
+def _added(problem: Problem, state: State, left: float, new: State, least: float) -> State | None:
+    """The modes and one other, if it lowers the cost by as much as it has to."""
+    more = state.joined(new)
+    # a rough fit is gone on with if it does not
+    for rough in (ROUGH, 0.0):
+        more, then = refine(problem, more, small=0.05 * least, rough=rough, iterations=80)
+        if left - then > least:
+            return more
+    return None
+
+
+def inside(state: State, edges: tuple[float, float]) -> NDArray[np.bool_]:
+    """Which modes are those of the band, (m,)."""
+    return in_band(state.omega, edges) & (state.zeta < REMAINDER)
+
+
+def doubtful(problem: Problem, state: State, deviation: Array, noise: float) -> NDArray[np.bool_]:
+    """Modes that the data hardly determine, (m,).
+
+    Of which the frequency is known to no better than 0.3 % or the damping to no better than 15 %; that stand nowhere
+    above five times the noise; or whose damping has gone to the end of its range.
+    """
+    m = len(state.omega)
+    known = (deviation[-2 * m : -m] < 0.003) & (deviation[-m:] < 0.15)
+    free = (state.zeta > 1.01 * LIGHT) & (state.zeta < 0.99 * HEAVY)
+    return np.asarray(~known | ~free | (prominence_of(problem, state) < 5 * noise))
+
+
+def weight_of(problem: Problem, state: State) -> Array:
+    """Sum of the squares of what each mode alone does to the weighted receptances, (m,)."""
+    thin = problem.thinned()
+    g = np.abs(compliance(thin.omega, state.omega, state.zeta)) ** 2
+    product = (state.Phi[thin.rows] * state.Phi[thin.columns]) ** 2
+    return np.asarray((product * (thin.weight**2 @ g.T)).sum(axis=0))
+
+
+def prominence_of(problem: Problem, state: State) -> Array:
+    """The largest weighted receptance that each mode alone has on any line, (m,)."""
+    g = np.abs(compliance(problem.omega, state.omega, state.zeta))
+    product = np.abs(state.Phi[problem.rows] * state.Phi[problem.columns])
+    return np.asarray([(problem.weight * product[:, [k]] * g[k]).max() for k in range(len(g))])
+
+
+def pruned(problem: Problem, state: State, suspects: NDArray[np.intp]) -> State:
+    """Without those of the suspects that noise would do as well as."""
+    variance = variance_of(problem, state)
+    left = refine(problem, state, small=variance, iterations=0)[1]
+    gone: list[int] = []
+    for k in suspects:
+        rest = np.setdiff1d(np.arange(len(state.omega)), [*gone, int(k)])
+        # the modes of `state` keep their numbers: what was refined meanwhile is refined again in the end
+        _, then = refine(problem, state.only(rest), small=variance, iterations=12)
+        if then - left < WORTH * variance:
+            gone.append(int(k))
+            left = then
+    if not gone:
+        return state
+    rest = np.setdiff1d(np.arange(len(state.omega)), gone)
+    return refine(problem, state.only(rest), small=0.3 * variance, iterations=20)[0]
+
+
+def uncrowded(problem: Problem, state: State) -> State:
+    """Without what closely spaced modes of the band have too many: of k modes, one combination that noise would do.
+
+    Modes that are nearer than CROWDED share what they do: each may be needed although k - 1 others would do as well.
+    """
+    thin, variance = problem.thinned(), variance_of(problem, state)
+    left = cost(thin, state)
+    done = False
+    while not done:
+        own = np.flatnonzero(inside(state, problem.edges))
+        poles = state.omega[own] * (-state.zeta[own] + 1j * np.sqrt(1 - state.zeta[own] ** 2))
+        done = True
+        for group in (own[group] for group in groups_of(poles, CROWDED) if len(group) > 1):
+            fewer = _without_weakest(problem, state, group)
+            # a few steps, and many only where these lead somewhere
+            for iterations in (3, 60):
+                fewer, then = refine(thin, fewer, small=ENOUGH * variance, iterations=iterations)
+                if then - left > FAR_OFF * WORTH * variance:
+                    break
+            if then - left < WORTH * variance:
+                state, left, done = fewer, then, False
+                break
+    return state
+
+
+def _without_weakest(problem: Problem, state: State, group: NDArray[np.intp]) -> State:
+    """The modes with one less in a group: its shapes are the strongest combinations of those that there are."""
+    level = level_of(problem)
+    Phi = state.Phi[:, group] * level[:, None]
+    square = float(np.mean(state.omega[group] ** 2))
+    slope = -(Phi * (state.omega[group] ** 2 - square)) @ Phi.T
+    shapes, shift = repeated_modes(Phi @ Phi.T, slope, len(group) - 1)
+    low, high = state.omega[group].min(), state.omega[group].max()
+    omega = np.clip(np.sqrt(np.maximum(square + shift, low**2)), low, high)
+    fewer = State(shapes / level[:, None], omega, np.full(len(omega), np.mean(state.zeta[group])))
+    return state.only(np.setdiff1d(np.arange(len(state.omega)), group)).joined(fewer)
+
+
+def counted(problem: Problem, state: State, zeta: float, modes: int) -> State:
+    """With a given number of modes inside the band, when the data show fewer: the best candidates come.
+
+    Raises
+    ------
+    ValueError
+        When the data show more, or no candidate is left.
+    """
+    edges = problem.edges
+    tried = within(candidates(*edges, zeta), edges)
+    for _ in range(modes):
+        own = np.flatnonzero(inside(state, edges))
+        if len(own) >= modes:
+            break
+        new, gain = missing_mode(problem, state, tried, zeta)
+        if gain.max() <= 0:
+            break
+        state = state.joined(new.only(np.array([int(gain.argmax())])))
+        state, _ = refine(problem, state, small=variance_of(problem, state), iterations=20)
+    own = np.flatnonzero(inside(state, edges))
+    if len(own) != modes:
+        found = ", ".join(f"{f:.4g}" for f in np.sort(hertz(state.omega[own])))
+        raise ValueError(
+            f"modes is {modes}, but the data show {len(own)} in the band, at {found} Hz: give that number, or another "
+            "band."
+        )
+    return state
+
+
+def reweighted(problem: Problem, state: State) -> Problem:
+    """|H| of the model in place of the data's: an entry that came out small by chance weighs no more for it."""
+    data = size_of(problem.H, problem.rows, problem.columns)
+    weight = problem.weight * data / size_of(receptances(problem, state), problem.rows, problem.columns)
+    nodes = reweighted(problem.nodes, state) if problem.nodes else None
+    return replace(problem, weight=weight, nodes=nodes)

@@ -1,0 +1,157 @@
+"""FRFs, and a rotor in its bearings beside them, prepared for peaks to be moved.
+
+What does not depend on the peaks is computed here, once: an answer to a move then takes a few milliseconds.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from rbfound.foundation import Foundation
+from rbfound.frf import FRF
+from rbfound.identification import ModalFit, fit_modes
+from rbfound.machine import couple
+from rbfound.measurement import prominence
+from rbfound.rotor import Bearing, Rotor, assemble
+from rbfound.theory import RIPPLE, Peak, half_power, local_maxima
+from rbfound.units import radians
+
+Array = NDArray[np.float64]
+
+# Lines that a screen can show of curves that follow each move.
+SOME_LINES = 700
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """What does not depend on the peaks; made by `bench_of`.
+
+    Attributes
+    ----------
+    frf : FRF
+    readings : for each seat the peaks of its driving point that have half-power points, ascending
+    lines : (l,) [Hz], on which the FRFs of a picked foundation are drawn
+    journals : Foundation, or None
+        The rotor at rest, its displacements in the bearings taken for seats.
+    bearings : one for each pair of seats
+    truth : Foundation, or None
+        What the picked one is compared with.
+    """
+
+    frf: FRF
+    readings: tuple[tuple[Peak, ...], ...]
+    lines: Array
+    journals: Foundation | None = None
+    bearings: tuple[Bearing, ...] = ()
+    truth: Foundation | None = None
+
+    @cached_property
+    def fit(self) -> ModalFit:
+        """All modes that the FRFs show, fitted when first asked for."""
+        return fit_modes(self.frf)
+
+    @cached_property
+    def true_frequencies(self) -> tuple[Array, Array]:
+        """Natural frequencies [Hz] of the truth alone and under the rotor, as far as the FRFs reach."""
+        return (np.zeros(0), np.zeros(0)) if self.truth is None else self.frequencies(self.truth)
+
+    def nearest(self, seat: int, frequency: float) -> Peak:
+        """The peak of a seat's driving point that lies nearest to a frequency [Hz] and has half-power points."""
+        if not self.readings[seat]:
+            raise ValueError(
+                f"No peak of the driving point {self.frf.labels[seat]} falls to half power on both sides: "
+                "give its peak a damping ratio."
+            )
+        return min(self.readings[seat], key=lambda peak: abs(peak.frequency - frequency))
+
+    def frequencies(self, foundation: Foundation) -> tuple[Array, Array]:
+        """Natural frequencies [Hz] of a foundation alone and under the rotor, as far as the FRFs reach."""
+        systems = [foundation.system()]
+        if self.journals is not None:
+            systems.append(couple(self.journals, self.bearings, foundation))
+        top = float(self.frf.frequency[-1])
+        found = [system.modes().above(1.0).below(top).frequency for system in systems]
+        return found[0], found[1] if len(found) > 1 else np.zeros(0)
+
+
+def bench_of(
+    frf: FRF,
+    rotor: Rotor | None = None,
+    bearings: Mapping[float, Bearing] | None = None,
+    truth: Foundation | None = None,
+) -> Bench:
+    """Prepare FRFs, and a rotor in its bearings with them, for peaks to be moved.
+
+    Parameters
+    ----------
+    rotor, bearings : Rotor, mapping from a position [m] to a Bearing
+        Both or neither.
+    truth : Foundation
+        To be compared with, if it is known.
+    """
+    if (rotor is None) != (not bearings):
+        raise ValueError("A rotor stands in bearings: give both, or neither.")
+    seats = len(frf.labels)
+    if bearings and seats != 2 * len(bearings):
+        raise ValueError(
+            f"{len(bearings)} bearings need {2 * len(bearings)} seats, x and y for each: "
+            f"the FRFs have {seats} ({', '.join(frf.labels)})."
+        )
+    if truth is not None and truth.labels != frf.labels:
+        raise ValueError(f"The truth has the seats {', '.join(truth.labels)}, the FRFs {', '.join(frf.labels)}.")
+    if len(frf.frequency) < 3:
+        raise ValueError(f"{len(frf.frequency)} lines show no peak: at least three are needed.")
+    places = sorted(bearings or {})
+    top = float(frf.frequency[-1])
+    return Bench(
+        frf,
+        tuple(_readings(frf.frequency, np.abs(frf.H[:, j, j])) for j in range(seats)),
+        thinned(frf, SOME_LINES).frequency,
+        None if rotor is None else standing(rotor, places, top, frf.labels),
+        tuple((bearings or {})[z] for z in places),
+        truth,
+    )
+
+
+def standing(rotor: Rotor, places: Sequence[float], limit: float, labels: tuple[str, ...]) -> Foundation:
+    """A rotor at rest, in few coordinates, known by its displacements at some places [m].
+
+    Its free modes up to a limit [Hz] are kept; of the others, what they yield under forces at those places, statically
+    and in proportion to omega squared (Rubin 1975, DOI 10.2514/3.60497, with one term more).
+    """
+    mesh = assemble(rotor, places)
+    held = np.array([4 * mesh.node(z) + k for z in places for k in (0, 1)])
+    squared, modes = linalg.eigh(mesh.K, mesh.M)
+    few = squared < float(radians(limit)) ** 2
+    rest, feel = modes[:, ~few] / squared[~few], modes[held][:, ~few].T
+    T = np.hstack([modes[:, few], rest @ feel, (rest / squared[~few]) @ feel])
+    T /= np.sqrt(np.einsum("ij,ij->j", T, mesh.M @ T))
+    stiffness, own = linalg.eigh(T.T @ mesh.K @ T, T.T @ mesh.M @ T)
+    one = np.eye(len(stiffness))
+    return Foundation(one, 0 * one, np.diag(np.maximum(stiffness, 0.0)), (T @ own)[held], labels)
+
+
+def thinned(frf: FRF, most: int) -> FRF:
+    """At most so many lines, with the smallest and the largest responses among those that are left."""
+    n = len(frf.frequency)
+    if n <= most:
+        return frf
+    size = np.linalg.norm(frf.H, axis=(1, 2))
+    edges = np.linspace(0, n, most // 2 + 1).astype(int)
+    parts = [(a, size[a:b]) for a, b in pairwise(edges)]
+    kept = np.unique([a + pick(part) for a, part in parts for pick in (np.argmin, np.argmax)])
+    return FRF(frf.frequency[kept], frf.H[kept], frf.labels)
+
+
+def _readings(frequency: Array, magnitude: Array) -> tuple[Peak, ...]:
+    """The peaks of a curve that stand above the noise and fall to half power on both sides."""
+    curve = np.log(np.maximum(magnitude, np.finfo(float).tiny))
+    lines = local_maxima(curve)
+    standing = lines[prominence(curve, lines) > np.log1p(RIPPLE)]
+    found = [half_power(frequency, magnitude, int(k)) for k in standing]
+    return tuple(peak for peak in found if np.isfinite(peak.damping))

@@ -1,0 +1,42 @@
+"""What the theory chapters derive, in closed form or with dense matrices."""
+
+from rbfound.theory import sdof as sdof
+from rbfound.theory.condensation import (
+    LightMachine as LightMachine,
+    light_foundation as light_foundation,
+    light_mount as light_mount,
+    light_rotor as light_rotor,
+)
+from rbfound.theory.lumped import chain as chain
+from rbfound.theory.partialfractions import expanded as expanded, partial_fractions as partial_fractions, ratio as ratio
+from rbfound.theory.reduction import (
+    Reduction as Reduction,
+    craig_bampton as craig_bampton,
+    dynamic_reduction as dynamic_reduction,
+    guyan as guyan,
+    modal_reduction as modal_reduction,
+    orthonormal as orthonormal,
+)
+from rbfound.theory.rigid import (
+    RigidRotor as RigidRotor,
+    conical as conical,
+    isotropic_whirl as isotropic_whirl,
+    rigid_rotor as rigid_rotor,
+    support_stiffness as support_stiffness,
+)
+from rbfound.theory.sdof import RIPPLE as RIPPLE, Peak as Peak, half_power as half_power, local_maxima as local_maxima
+from rbfound.theory.superposition import (
+    antiresonances as antiresonances,
+    modal_terms as modal_terms,
+    normal_modes as normal_modes,
+    pole_terms as pole_terms,
+    real_matrices as real_matrices,
+    residue_shapes as residue_shapes,
+)
+from rbfound.theory.transmissibility import (
+    ground_forces as ground_forces,
+    seat_forces as seat_forces,
+    seat_momentum as seat_momentum,
+    sine_cosine_amplitude as sine_cosine_amplitude,
+    sine_cosine_matrix as sine_cosine_matrix,
+)

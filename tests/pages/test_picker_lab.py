@@ -1,0 +1,224 @@
+"""The peak picker in a real JupyterLab: its kernel computes what a hand in the browser asks for."""
+
+import importlib.util
+import json
+import os
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from browser import FLAGS, chromium
+from browsing import missing
+
+import rbfound as rb
+
+ROOT = Path(__file__).resolve().parents[2]
+CELLS = [
+    "import rbfound as rb\n"
+    "from rbfound.live.widgets import peak_picker\n"
+    'frf, truth = rb.load_frf("FOLDER/fine"), rb.load_foundation("FOLDER/truth.npz")\n'
+    "picker = peak_picker(frf, rb.thesis.rotor(), rb.thesis.bearings(), truth)\n"
+    "picker",
+    'import json\nprint(json.dumps({"peaks": picker.peaks, "M": picker.foundation.M.tolist()}))',
+    "picker.peaks = [160, 480, 626, 344]",
+]
+
+pytestmark = [pytest.mark.book, pytest.mark.slow]
+
+
+def answers(url: str) -> bool:
+    try:
+        with urllib.request.urlopen(url, timeout=2) as response:
+            return bool(response.status == 200)
+    except OSError:
+        return False
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """A JupyterLab with one notebook, and nothing of the reader's own settings."""
+    if not importlib.util.find_spec("jupyterlab") or not importlib.util.find_spec("anywidget"):
+        missing("The picker's test in JupyterLab needs jupyterlab and anywidget: make test installs them.")
+    folder = tmp_path_factory.mktemp("lab")
+    source = [cell.replace("FOLDER", (ROOT / "data" / "foundation").as_posix()) for cell in CELLS]
+    cells = [
+        {"cell_type": "code", "id": f"c{k}", "metadata": {}, "execution_count": None, "outputs": [], "source": text}
+        for k, text in enumerate(source)
+    ]
+    kernel = {"kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}}
+    notebook = {"cells": cells, "metadata": kernel, "nbformat": 4, "nbformat_minor": 5}
+    (folder / "pick.ipynb").write_text(json.dumps(notebook), encoding="utf-8")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    private = {name: str(folder / name) for name in ("JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR", "IPYTHONDIR")}
+    # as `make lab` has it: small matrices are done sooner by one thread
+    quick = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    command = [sys.executable, "-m", "jupyterlab", "--no-browser", "--allow-root", "--ip=127.0.0.1", f"--port={port}"]
+    command += [f"--ServerApp.root_dir={folder}", "--IdentityProvider.token=", "--LabApp.news_url=None"]
+    command += [
+        "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate",
+        "--LabApp.extension_manager=readonly",
+    ]
+    log = (folder / "log.txt").open("w")
+    server = subprocess.Popen(command, cwd=folder, env={**os.environ, **private, **quick}, stdout=log, stderr=log)
+    try:
+        until = time.monotonic() + 60
+        while not answers(f"http://127.0.0.1:{port}/api"):
+            if time.monotonic() > until or server.poll() is not None:
+                pytest.fail("JupyterLab did not start:\n" + (folder / "log.txt").read_text(encoding="utf-8"))
+            time.sleep(0.2)
+        yield f"http://127.0.0.1:{port}"
+    finally:
+        server.terminate()
+        server.wait(timeout=30)
+        log.close()
+
+
+class Lab:
+    """The notebook, opened, its first cell run."""
+
+    def __init__(self, page: Any, url: str) -> None:
+        self.page, self.troubles = page, []
+        page.on("pageerror", lambda error: self.troubles.append(str(error)))
+        page.add_init_script(
+            "window.drawn = []; document.addEventListener('rbfound-drawn', e => window.drawn.push(e.detail));"
+            "window.moved = []; document.addEventListener('rbfound-moved', e => window.moved.push(e.detail.latency));"
+        )
+        page.goto(f"{url}/lab/tree/pick.ipynb?reset")
+        # what is run before the kernel is there may be lost
+        page.get_by_text("| Idle").wait_for(timeout=60_000)
+        self.run(0)
+        page.wait_for_selector(".rbfound-picker .rbp-handle", timeout=60_000)
+        self.handles = page.locator(".rbp-handle")
+        self.settle()
+
+    def coloured(self) -> int:
+        """How many colours the curves have."""
+        return int(
+            self.page.locator(".rbp-plot canvas").first.evaluate(
+                "c => new Set(new Uint32Array(c.getContext('2d')"
+                ".getImageData(0, 0, c.width, c.height).data.buffer)).size"
+            )
+        )
+
+    def run(self, cell: int) -> None:
+        self.page.locator(".jp-CodeCell .jp-InputArea-editor").nth(cell).click(timeout=60_000)
+        self.page.keyboard.press("Control+Enter")
+
+    def settle(self) -> None:
+        """Until nothing has been drawn for a while."""
+        self.page.wait_for_function("window.drawn.length > 0", timeout=60_000)
+        count = -1
+        while count != (count := self.page.evaluate("window.drawn.length")):
+            self.page.wait_for_timeout(400)
+
+    def printed(self) -> dict[str, Any]:
+        """What the second cell prints when it is run."""
+        output = self.page.locator(".jp-CodeCell").nth(1).locator(".jp-OutputArea-output pre")
+        before = output.text_content() if output.count() else ""
+        self.run(1)
+        self.page.wait_for_function(
+            "before => { const pre = document.querySelectorAll('.jp-CodeCell')[1]"
+            ".querySelector('.jp-OutputArea-output pre'); return pre && pre.textContent !== before; }",
+            arg=before,
+        )
+        return dict(json.loads(output.text_content()))
+
+    def frequencies(self) -> list[float]:
+        return [float(handle.get_attribute("aria-valuenow")) for handle in self.handles.all()]
+
+    def Phi(self) -> str:
+        return str(self.page.locator(".rbp-matrix").first.inner_text())
+
+    def take(self, k: int) -> tuple[float, float]:
+        """Press the mouse on a peak's line, below its name."""
+        self.handles.nth(k).scroll_into_view_if_needed()
+        box = self.handles.nth(k).bounding_box()
+        x, y = box["x"] + box["width"] / 2, box["y"] + 150
+        self.page.mouse.move(x, y)
+        self.page.mouse.down()
+        return x, y
+
+
+@pytest.fixture(scope="module")
+def notebook(lab: str) -> Iterator[Lab]:
+    executable = chromium()
+    if executable is None:
+        missing("The picker's test in JupyterLab needs Chromium (Debian, Ubuntu: apt-get install chromium).")
+    if not importlib.util.find_spec("playwright"):
+        missing("The picker's test in JupyterLab needs playwright: make test installs it.")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=executable, args=FLAGS)
+        page = browser.new_page(viewport={"width": 1500, "height": 1200})
+        page.set_default_timeout(20_000)
+        opened = Lab(page, lab)
+        yield opened
+        browser.close()
+    assert opened.troubles == []
+
+
+def test_a_drag_in_the_notebook_changes_phi_and_the_next_cell_has_what_was_picked(notebook: Lab) -> None:
+    before, Phi = notebook.frequencies(), notebook.Phi()
+    assert notebook.coloured() > 100
+    x, y = notebook.take(1)
+    notebook.page.mouse.move(x + 60, y, steps=8)
+    notebook.page.mouse.up()
+    notebook.settle()
+    after = notebook.frequencies()
+    assert after[1] > before[1] + 30
+    assert notebook.Phi() != Phi
+    printed = notebook.printed()
+    np.testing.assert_allclose([peak["frequency"] for peak in printed["peaks"]], after, atol=0.005)
+    frf = rb.load_frf(ROOT / "data" / "foundation" / "fine")
+    damping = rb.identification.pseudo_modes(frf, [after[0], 344, after[2], after[3]]).zeta
+    peaks = rb.Peaks(np.array([peak["frequency"] for peak in printed["peaks"]]), damping)
+    np.testing.assert_allclose(printed["M"], rb.pmsm(frf, peaks).M, rtol=1e-6)
+
+
+def test_keys_move_a_peak_and_leave_the_notebook_alone(notebook: Lab) -> None:
+    cells, before = notebook.page.locator(".jp-Cell").count(), notebook.frequencies()
+    notebook.handles.nth(0).focus()
+    for key in ("ArrowRight", "ArrowRight", "ArrowUp"):
+        notebook.page.keyboard.press(key)
+    notebook.settle()
+    assert notebook.frequencies()[0] == pytest.approx(before[0] + 1.0, abs=0.011)
+    assert notebook.handles.nth(0).evaluate("handle => handle === document.activeElement")
+    notebook.page.keyboard.press("Delete")
+    notebook.settle()
+    assert notebook.handles.count() == 3
+    notebook.page.get_by_text("x1 has none").wait_for()
+    notebook.page.keyboard.press("Insert")
+    notebook.settle()
+    assert notebook.handles.count() == 4
+    assert notebook.page.locator(".jp-Cell").count() == cells
+
+
+def test_peaks_set_in_a_cell_move_the_lines(notebook: Lab) -> None:
+    notebook.run(2)
+    notebook.page.wait_for_function("document.querySelectorAll('.rbp-handle')[2].ariaValueNow === '626.00'")
+    assert notebook.frequencies() == [160, 480, 626, 344]
+
+
+def test_while_the_pointer_moves_the_line_follows_and_python_answers_on_the_way(notebook: Lab) -> None:
+    steps = 50
+    notebook.page.evaluate("window.drawn.length = window.moved.length = 0")
+    x, y = notebook.take(2)
+    for step in range(1, steps + 1):
+        notebook.page.mouse.move(x + step, y)
+        notebook.page.evaluate("new Promise(done => requestAnimationFrame(done))")
+    notebook.page.mouse.up()
+    notebook.settle()
+    line, whole = notebook.page.evaluate("[window.moved.length, window.drawn.length]")
+    # the line waits for nobody; of what Python makes of it there is a picture on the way, and no two for one move
+    assert steps / 2 <= line <= steps + 1
+    assert 2 <= whole <= steps + 1
