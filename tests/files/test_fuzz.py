@@ -267,7 +267,11 @@ def test_work_that_no_call_shows_does_not_grow_faster_either(name, tmp_path):
         f"resource.setrlimit(resource.RLIMIT_CPU, ({limit}, {limit})); print(said_of(Path(sys.argv[1])))"
     )
     done = subprocess.run(
-        [sys.executable, "-c", code, str(path)], capture_output=True, text=True, cwd=Path(__file__).parent
+        [sys.executable, "-c", code, str(path)],
+        capture_output=True,
+        text=True,
+        # what these tests import from one another
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("read" if name == "good.csv" else "ValueError")

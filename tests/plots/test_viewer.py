@@ -126,12 +126,12 @@ def test_nbval_compares_the_text_of_a_picture_and_takes_its_html_as_it_is(
     text: str, passes: bool, tmp_path: Path
 ) -> None:
     source = [
-        "from rbfound import mount, thesis, viewer\n",
+        "from rbfound import mount, plots, thesis\n",
         "from rbfound.plots.surfaces import rotor_body\n",
         "machine = thesis.model('c')\n",
         "modes = machine.at(0.0).modes().above(1.0)\n",
         "body = rotor_body(thesis.rotor(), machine.mesh.z, modes.shapes[:, :1])\n",
-        "viewer.turnable([body], modes.frequency[:1], 'rotor')",
+        "plots.turnable([body], modes.frequency[:1], 'rotor')",
     ]
     output = {"output_type": "execute_result", "execution_count": 1, "data": {"text/plain": [text]}, "metadata": {}}
     cell = {"cell_type": "code", "execution_count": 1, "id": "a", "metadata": {}, "source": source, "outputs": [output]}
