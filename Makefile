@@ -40,8 +40,8 @@ book: $(VENV)/book.stamp html ## install, run and build the book, and say where 
 	@echo "  $(abspath _build/html/index.html)"
 
 # A part that fails hides none after it; what failed is told at the end.
-test: $(VENV)/dev.stamp ## install, and run every check there is: lint, unit, wheel, html, nbval, pages
-	MAKE="$(MAKE)" $(BIN)/python tools/everything.py
+test: $(VENV)/dev.stamp ## install, and run all checks: lint, unit, wheel, html, nbval, pages (SLOW=1: the long tests, too)
+	MAKE="$(MAKE)" $(BIN)/python tools/everything.py $(if $(SLOW),--slow)
 
 lab: $(VENV)/book.stamp ## open the notebooks in JupyterLab
 	$(BIN)/jupyter lab notebooks

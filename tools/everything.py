@@ -1,6 +1,6 @@
 """Run every check there is, one part after the other, and say at the end which of them failed.
 
-    python tools/everything.py [PART ...]
+    python tools/everything.py [--slow] [PART ...]
 
 Each part is a target of the Makefile. A part that fails does not hide the ones after it, unless it makes what they
 open. pytest writes what its tests came to into _build/reports; the counts and the reasons of skipped tests at the end
@@ -112,8 +112,10 @@ def summary(results: list[Result]) -> str:
 def main() -> int:
     """Run the parts in turn."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("part", nargs="*", help=f"of {', '.join(PARTS)}; without one, all")
-    names = parser.parse_args().part or list(PARTS)
+    parser.add_argument("part", nargs="*", help=f"of {', '.join(PARTS)}; without one, all but slow")
+    parser.add_argument("--slow", action="store_true", help="the long tests, too")
+    args = parser.parse_args()
+    names = args.part or [name for name in PARTS if args.slow or name != "slow"]
     if unknown := sorted(set(names) - set(PARTS)):
         parser.error(f"no part is called {unknown[0]!r}: there are {', '.join(PARTS)}")
     make = [*shlex.split(os.environ.get("MAKE", "make")), "--no-print-directory"]

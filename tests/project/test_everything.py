@@ -70,7 +70,7 @@ def test_what_comes_after_a_failing_part_is_run_and_the_end_says_what_failed(fai
         "FAKE_TEST": "test_small.py",
         "FAKE_FAILS": fails,
     }
-    command = [sys.executable, folder / "tools" / "everything.py"]
+    command = [sys.executable, folder / "tools" / "everything.py", "--slow"]
     done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=False)
     lines = done.stdout.splitlines()
     ran = [line.removeprefix("in ") for line in lines if line.startswith("in ")]
