@@ -3,6 +3,7 @@
 from rbfound.live.bench import bench_of as bench_of
 from rbfound.live.sketch import axis as axis, figure as figure, line as line
 from rbfound.live.things import (
+    OPENS as OPENS,
     THINGS as THINGS,
     Live as Live,
     front as front,

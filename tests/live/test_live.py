@@ -1,6 +1,7 @@
 """What can be played with in a page, asked as a page would ask it."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,8 @@ from rbfound.live import figure, line
 from rbfound.live.frontend import answer
 from rbfound.live.sketch import slider
 
-DATA = Path(__file__).resolve().parents[2] / "data" / "foundation"
+ROOT = Path(__file__).resolve().parents[2]
+DATA = ROOT / "data" / "foundation"
 
 
 def result(name: str, **settings: Any) -> Any:
@@ -217,3 +219,10 @@ def test_files_that_are_no_frfs_are_refused_by_name(tmp_path: Path) -> None:
     (tmp_path / "measured.csv").write_text("1,2,3\n")
     with pytest.raises(ValueError, match=r"measured\.csv"):
         live.opened("peak_picker", tmp_path)
+
+
+def test_all_that_the_page_asks_the_room_for_is_on_its_face() -> None:
+    worker = (ROOT / "book" / "_ext" / "live_worker.js").read_text(encoding="utf-8")
+    asked = set(re.findall(r"\blive\.(\w+)", worker))
+    assert "start" in asked
+    assert asked <= set(live.__all__)
