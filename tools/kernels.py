@@ -111,6 +111,11 @@ def asked_python(script: str, kind: Kind) -> str:
     ).stdout
 
 
+def playable() -> list[Kind]:
+    """The kinds that this processor can play."""
+    return kinds(*json.loads(asked_python(FEATURES, Kind(OWN, {}))))
+
+
 def run(kind: Kind, part: str, command: list[str]) -> str:
     """Run one command as one kind; its output stays in a file if it failed."""
     log, start = KEPT / f"{kind.name}-{part}.txt", time.monotonic()
@@ -144,13 +149,12 @@ def main() -> int:
     parts = {"command": command} if command else {name: ["make", name] for name in ("unit", "nbval")}
     KEPT.mkdir(parents=True, exist_ok=True)
 
-    features, dispatched = json.loads(asked_python(FEATURES, Kind(OWN, {})))
-    playable = kinds(features, dispatched)
-    if [kind.name for kind in playable] == [OWN]:
+    able_to_play = playable()
+    if [kind.name for kind in able_to_play] == [OWN]:
         print("This processor is not of the x86-64 family: only its own kernels are run.")
-    chosen = [kind for kind in playable if args.only in (None, kind.name)]
+    chosen = [kind for kind in able_to_play if args.only in (None, kind.name)]
     if not chosen:
-        able = ", ".join(kind.name for kind in playable)
+        able = ", ".join(kind.name for kind in able_to_play)
         print(f"This processor cannot play {args.only}: nothing is run. It can play {able}.")
         return 0
     results: dict[str, dict[str, str]] = {}

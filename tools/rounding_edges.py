@@ -11,7 +11,6 @@ Listed is what prints differently, and what would if it were off by ten times th
 import ast
 import builtins
 import contextlib
-import importlib
 import io
 import json
 import os
@@ -27,12 +26,12 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+from kernels import Kind, environment, playable
 
 ROOT = Path(__file__).resolve().parent.parent
 MARGIN, RELATIVE, PERTURBED = 10, 1e-12, 1e-13
-# OpenBLAS's name of each kind, and what a processor needs to play it; "narrow" is numpy without wide registers, too.
-KINDS = {"Haswell": "avx2 fma", "SkylakeX": "avx512f avx512dq avx512bw avx512vl", "Prescott": "pni", "Zen": "avx2 fma"}
-KINDS |= {"Sandybridge": "avx", "Nehalem": "sse4_2", "narrow": "sse4_2", "perturbed": ""}
+# Not a processor, but data that differ in the last digits.
+PERTURBATION = Kind("perturbed", {"RBFOUND_PERTURBED": "1"})
 # What stands at the end of a module while its numbers are kept.
 ADDED = {
     "rbfound.tables": "number, bound = _keeping('number', number, 4), _keeping('bound', bound, 1e-11)",
@@ -170,15 +169,9 @@ def child(path: Path) -> None:
     json.dump([(n, text, [(*r[:2], r[2].real, r[2].imag) for r in of]) for n, text, of in inside], sys.stdout)
 
 
-def play(path: Path, kind: str) -> Any:
+def play(path: Path, kind: Kind) -> Any:
     """What `cells` gives under one kind of processor."""
-    env = os.environ | {f"{name}_NUM_THREADS": "1" for name in ("OPENBLAS", "OMP", "MKL")}
-    env |= {"MPLBACKEND": "agg", "PYTHONPATH": str(ROOT)}
-    env |= {"RBFOUND_PERTURBED": "1"} if kind == "perturbed" else {"OPENBLAS_CORETYPE": kind}
-    if kind == "narrow":
-        core = importlib.import_module("numpy._core._multiarray_umath")
-        wide = [name for name in core.__cpu_dispatch__ if core.__cpu_features__[name]]
-        env |= {"OPENBLAS_CORETYPE": "Nehalem", "NPY_DISABLE_CPU_FEATURES": " ".join(wide)}
+    env = environment(kind, dict(os.environ)) | {"MPLBACKEND": "agg", "PYTHONPATH": str(ROOT)}
     command = [sys.executable, __file__, "--child", str(path)]
     return json.loads(subprocess.run(command, env=env, stdout=subprocess.PIPE, check=True).stdout)
 
@@ -212,14 +205,12 @@ def complaints(runs: dict[str, Any]) -> Iterator[str]:
 
 def main(arguments: list[str]) -> int:
     """Compare the runs of each notebook; 1 if anything is listed."""
-    info = Path("/proc/cpuinfo")
-    flags = set(info.read_text().split()) if info.exists() else set()
     named = [a.removeprefix("--kinds=").split(",") for a in arguments if a.startswith("--kinds=")]
-    kinds = named[0] if named else [kind for kind, needs in KINDS.items() if flags.issuperset(needs.split())]
-    print("kinds:", *kinds)
+    kinds = [kind for kind in (*playable(), PERTURBATION) if not named or kind.name in named[0]]
+    print("kinds:", *(kind.name for kind in kinds))
     found = 0
     for name in (a for a in arguments if not a.startswith("--")):
-        listed = list(complaints({kind: play(Path(name), kind) for kind in kinds}))
+        listed = list(complaints({kind.name: play(Path(name), kind) for kind in kinds}))
         print(f"{name}: {len(listed)} listed", *listed, sep="\n", flush=True)
         found += len(listed)
     return 1 if found else 0
