@@ -96,7 +96,7 @@ def normalised(bodies: Sequence[Body]) -> list[Body]:
     joint = np.concatenate([body.shapes for body in bodies], axis=1)
     factors = []
     for k, shape in enumerate(joint, start=1):
-        # the square of the longer half axis of a point's ellipse is (|x|^2 + |y|^2 + |z|^2 + |x^2 + y^2 + z^2|) / 2, and
+        # the longer half axis of a point's ellipse, squared, is (|x|^2 + |y|^2 + |z|^2 + |x^2 + y^2 + z^2|) / 2, and
         # the phase of x^2 + y^2 + z^2 is twice that of the instant at which the point is there
         point = (np.sum(np.abs(shape) ** 2, axis=1) + np.abs(np.sum(shape**2, axis=1))).argmax()
         phase = np.angle(np.sum(shape[point] ** 2)) / 2 if np.iscomplexobj(shape) else 0.0
