@@ -6,6 +6,7 @@ All of it is read from the source when the book is built, so that it cannot go s
 
 import ast
 from collections import Counter
+from collections.abc import Iterator
 from functools import cache
 from html import escape
 from pathlib import Path
@@ -48,15 +49,18 @@ def tree_of(module: str) -> ast.Module:
     return ast.parse((PACKAGE / f"{module.replace('.', '/')}.py").read_text(encoding="utf-8"))
 
 
-def own_imports(module: str) -> list[tuple[str, tuple[str, ...], ast.stmt]]:
-    """(place, names, node) of each import of something of the package; place is what follows `rbfound.`."""
-    found: list[tuple[str, tuple[str, ...], ast.stmt]] = []
+def imports_of(module: str) -> Iterator[tuple[str, tuple[str, ...], ast.stmt]]:
+    """(module, names, node) of each import of a module."""
     for node in ast.walk(tree_of(module)):
         if isinstance(node, ast.Import):
-            found += [(alias.name, (), node) for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            found.append((node.module, tuple(alias.name for alias in node.names), node))
-    return [(name.partition(".")[2], *rest) for name, *rest in found if name.split(".")[0] == "rbfound"]
+            yield from ((alias.name, (), node) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield node.module or "", tuple(alias.name for alias in node.names), node
+
+
+def own_imports(module: str) -> list[tuple[str, tuple[str, ...], ast.stmt]]:
+    """The imports of something of the package: (place, names, node), place is what follows `rbfound.`."""
+    return [(name.partition(".")[2], *rest) for name, *rest in imports_of(module) if name.split(".")[0] == "rbfound"]
 
 
 def floors() -> list[str]:
