@@ -34,6 +34,7 @@ EXTRAS = {
     "IPython": {"live.widgets"},
     "traitlets": {"live.widgets"},
     "pyarrow": {"studies"},
+    "tqdm": {"parallel"},
     "pyuff": {"files.uff"},
     "ross": {"files.ross_bearing"},
 }
@@ -43,6 +44,7 @@ DOORS = {
     "files.load_save": {"rbfound.files.uff"},
     "thesis.models": {"rbfound.thesis.full_models", "rbfound.solid"},
     "cli": {"rbfound.plots"},
+    "parallel": {"tqdm"},
 }
 
 # theory.rigid: the path's parts without suffix, dotted
