@@ -29,6 +29,7 @@ EXTRAS = {
     "IPython": {"live.widgets"},
     "traitlets": {"live.widgets"},
     "pyarrow": {"studies"},
+    "tqdm": {"parallel"},
     "pyuff": {"files.uff"},
     "ross": {"files.ross_bearing"},
 }
