@@ -29,6 +29,7 @@ EXTRAS = {
     "IPython": {"live.widgets"},
     "traitlets": {"live.widgets"},
     "pyarrow": {"studies"},
+    "tqdm": {"parallel"},
     "pyuff": {"files.uff"},
     "ross": {"files.ross_bearing"},
 }
@@ -118,7 +119,8 @@ def test_only_the_modules_of_an_extra_import_it():
     faults = []
     for module in MODULES:
         own = {module, room_of(module)}
-        allowed = {"numpy", "scipy", "rbfound"} | {package for package, users in EXTRAS.items() if own & users}
+        core = {"numpy", "scipy", "rbfound"} | ({"threadpoolctl"} if module == "threads" else set())
+        allowed = core | {package for package, users in EXTRAS.items() if own & users}
         for name, _, node in imports_of(module):
             package = name.split(".")[0]
             if package not in allowed and package not in sys.stdlib_module_names:

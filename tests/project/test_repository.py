@@ -23,9 +23,9 @@ def test_the_version_is_the_same_everywhere() -> None:
     assert f"\n## [{version}]" in text("CHANGELOG.md")
 
 
-def test_the_core_needs_numpy_and_scipy_only() -> None:
+def test_the_core_needs_numpy_and_scipy_and_what_limits_their_threads() -> None:
     needs = tomllib.loads(text("pyproject.toml"))["project"]["dependencies"]
-    assert [re.split(r"[<>=]", need)[0] for need in needs] == ["numpy", "scipy"]
+    assert [re.split(r"[<>=]", need)[0] for need in needs] == ["numpy", "scipy", "threadpoolctl"]
 
 
 def test_the_page_of_the_package_is_built_without_the_extras_that_the_book_does_not_need() -> None:
@@ -33,7 +33,7 @@ def test_the_page_of_the_package_is_built_without_the_extras_that_the_book_does_
     extras = tomllib.loads(text("pyproject.toml"))["project"]["optional-dependencies"]
     (own,) = (re.findall(r"\w+", need) for need in extras["book"] if need.startswith("rbfound["))
     beyond = set(extras) - {*own, "book", "test", "dev"}
-    imported = {"ross": "ross", "sweep": "pyarrow"}
+    imported = {"progress": "tqdm", "ross": "ross", "sweep": "pyarrow"}
     assert beyond == set(imported)
     (mocked,) = re.findall(r"autodoc_mock_imports: \[(.+)\]", text("_config.yml"))
     assert set(mocked.split(", ")) == set(imported.values())
