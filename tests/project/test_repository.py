@@ -1,10 +1,15 @@
 """The repository's own promises: one version, a README whose example runs, a book that leaves no module out."""
 
+import json
 import re
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import house
+import plain_kernels
 import pytest
 
 import rbfound
@@ -57,6 +62,20 @@ def test_the_picture_of_the_house_shows_each_import_between_rooms_as_a_dot_and_l
     assert picture.count('class="taken"') == len(count) > 20
     assert re.findall(r'href="api/(\w+)\.html"', picture) == [house.PAGES[floor] for floor in house.floors()]
     assert "theory imports from the core; " in picture
+
+
+def test_kernels_are_alike_without_make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "IPYTHONDIR", "JUPYTER_PREFER_ENV_PATH"):
+        monkeypatch.setenv(name, "of this process")  # so that it is put back
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("MPLBACKEND", "svg")
+    plain_kernels.settle(SimpleNamespace(outdir=str(tmp_path / "html")), None)
+    said = "import json, os; print(json.dumps(dict(os.environ)))"
+    around = json.loads(subprocess.run([sys.executable, "-c", said], capture_output=True, check=True).stdout)
+    assert around["OPENBLAS_NUM_THREADS"] == around["OMP_NUM_THREADS"] == around["MKL_NUM_THREADS"] == "1"
+    assert "MPLBACKEND" not in around
+    settings = Path(around["IPYTHONDIR"]) / "profile_default" / "ipython_kernel_config.py"
+    assert "log_level" in settings.read_text(encoding="utf-8")
 
 
 def test_the_example_of_the_readme_runs(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
