@@ -112,3 +112,12 @@ def test_every_work_in_the_bibliography_can_be_found_and_the_page_says_what_it_i
     without = {"richardson1982", "iso21940", "vazquez2001", "balmes1997"}
     assert {key for key, entry in keys.items() if not re.search(r"^ *(doi|isbn) *=", entry, re.MULTILINE)} == without
     assert set(re.findall(r"\{cite:t\}`(\w+)`", text("book/bibliography.md"))) == set(keys)
+
+
+def test_no_test_file_imports_another() -> None:
+    # what two of them need is in a file of its own beside their folders: samples, written, browsing
+    texts = {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py")}
+    assert len(texts) > 50
+    # a test may start a Python of its own that imports the test's file
+    taken = {name: set(re.findall(r"^(?:from|import) (test_\w+)", text, re.MULTILINE)) for name, text in texts.items()}
+    assert {name: others - {name} for name, others in taken.items() if others - {name}} == {}
