@@ -11,6 +11,8 @@ from types import SimpleNamespace
 import house
 import plain_kernels
 import pytest
+import yaml
+from sphinx.project import Project
 
 import rbfound
 
@@ -62,6 +64,16 @@ def test_the_picture_of_the_house_shows_each_import_between_rooms_as_a_dot_and_l
     assert picture.count('class="taken"') == len(count) > 20
     assert re.findall(r'href="api/(\w+)\.html"', picture) == [house.PAGES[floor] for floor in house.floors()]
     assert "theory imports from the core; " in picture
+
+
+@pytest.mark.parametrize("name", [".env", "env", ".venv"])
+def test_a_virtual_environment_is_no_part_of_the_book_whatever_its_name(name: str, tmp_path: Path) -> None:
+    for place in ("lib/python3.12/site-packages/numpy/README.md", "share/jupyter/lab/README.md"):
+        (tmp_path / name / place).parent.mkdir(parents=True)
+        (tmp_path / name / place).write_text("# not a page", encoding="utf-8")
+    (tmp_path / "page.md").write_text("# a page", encoding="utf-8")
+    excluded = yaml.safe_load(text("_config.yml"))["exclude_patterns"]
+    assert Project(str(tmp_path), {".md": "markdown"}).discover(excluded) == {"page"}
 
 
 def test_kernels_are_alike_without_make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
