@@ -8,10 +8,12 @@ import tomllib
 from pathlib import Path
 from types import SimpleNamespace
 
+import accessible
 import house
 import plain_kernels
 import pytest
 import yaml
+from bs4 import BeautifulSoup
 from sphinx.project import Project
 
 import rbfound
@@ -88,6 +90,15 @@ def test_kernels_are_alike_without_make(tmp_path: Path, monkeypatch: pytest.Monk
     assert "MPLBACKEND" not in around
     settings = Path(around["IPYTHONDIR"]) / "profile_default" / "ipython_kernel_config.py"
     assert "log_level" in settings.read_text(encoding="utf-8")
+
+
+def test_the_arrow_that_unfolds_pages_in_the_contents_has_a_name() -> None:
+    tree = '<li><a href="api.html">The package</a><details><summary><span></span></summary><ul></ul></details></li>'
+    context = {"generate_toctree_html": lambda kind: BeautifulSoup(tree, "html.parser") if kind == "sidebar" else ""}
+    accessible.process(None, "page", "page.html", context, None)  # type: ignore[arg-type]
+    shown = context["generate_toctree_html"]("sidebar")
+    assert shown.summary["aria-label"] == "Pages of The package"
+    assert context["generate_toctree_html"]("raw") == ""
 
 
 def test_the_example_of_the_readme_runs(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
