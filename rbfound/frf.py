@@ -67,6 +67,20 @@ class FRF:
             )
         return FRF(self.frequency[inside], self.H[inside], self.labels, self.notes)
 
+    def with_noise(self, level: float, seed: int | np.random.Generator = 0) -> "FRF":
+        """The same as if measured with noise: each receptance times 1 + level e, with E |e|^2 = 1 and e complex normal.
+
+        Parameters
+        ----------
+        level : float
+            Standard deviation relative to each |H|: 0.01 is 1 % of noise.
+        seed : int or Generator
+            The same number draws the same noise, and the same at any level.
+        """
+        rng = np.random.default_rng(seed)
+        e = rng.standard_normal(self.H.shape) + 1j * rng.standard_normal(self.H.shape)
+        return FRF(self.frequency, self.H * (1 + level * e / np.sqrt(2)), self.labels, self.notes)
+
     def reciprocity(self) -> float:
         """Worst |H - Hᵀ| over all lines, relative to the largest receptance of that line; 0 for a perfect set."""
         difference = np.abs(self.H - self.H.transpose(0, 2, 1)).max(axis=(1, 2))
