@@ -123,14 +123,14 @@ class FRF:
         return np.asarray(radians(self.frequency))[:, None, None]
 
 
-def relative_error(H: ArrayLike, truth: ArrayLike) -> NDArray[np.float64]:
-    """|H - truth| / |truth| line by line, (n,): of single receptances (n,), or of matrices in Frobenius' norm."""
-    H, truth = np.asarray(H), np.asarray(truth)
-    if H.shape != truth.shape:
-        raise ValueError(f"H has shape {H.shape} and truth {truth.shape}: they must be alike.")
-    lines = len(truth)
-    size = np.linalg.norm(truth.reshape(lines, -1), axis=1)
-    return np.asarray(np.linalg.norm((H - truth).reshape(lines, -1), axis=1) / size)
+def relative_error(H: ArrayLike, reference: ArrayLike) -> NDArray[np.float64]:
+    """|H - reference| / |reference| line by line, (n,): receptances (n,), or matrices in Frobenius' norm."""
+    H, reference = np.asarray(H), np.asarray(reference)
+    if H.shape != reference.shape:
+        raise ValueError(f"H has shape {H.shape} and reference {reference.shape}: they must be alike.")
+    lines = len(reference)
+    size = np.linalg.norm(reference.reshape(lines, -1), axis=1)
+    return np.asarray(np.linalg.norm((H - reference).reshape(lines, -1), axis=1) / size)
 
 
 def check_ascending(frequency: NDArray[np.float64]) -> None:
