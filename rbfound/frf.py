@@ -114,6 +114,20 @@ class FRF:
             )
         return FRF(self.frequency[inside], self.H[inside], self.labels, self.notes)
 
+    def with_noise(self, level: float, seed: int | np.random.Generator = 0) -> "FRF":
+        """The same as if measured with noise: each receptance times 1 + level e, with E |e|^2 = 1 and e complex normal.
+
+        Parameters
+        ----------
+        level : float
+            Standard deviation relative to each |H|: 0.01 is 1 % of noise.
+        seed : int or Generator
+            The same number draws the same noise, and the same at any level.
+        """
+        rng = np.random.default_rng(seed)
+        e = rng.standard_normal(self.H.shape) + 1j * rng.standard_normal(self.H.shape)
+        return FRF(self.frequency, self.H * (1 + level * e / np.sqrt(2)), self.labels, self.notes)
+
     def reciprocity(self) -> float:
         """Worst |H - Hᵀ| over all lines, relative to the largest receptance of that line; 0 for a perfect set."""
         difference = np.abs(self.H - self.H.transpose(0, 2, 1)).max(axis=(1, 2))
@@ -157,14 +171,14 @@ class FRF:
         return np.asarray(radians(self.frequency))[:, None, None]
 
 
-def relative_error(H: ArrayLike, truth: ArrayLike) -> NDArray[np.float64]:
-    """|H - truth| / |truth| line by line, (n,): of single receptances (n,), or of matrices in Frobenius' norm."""
-    H, truth = np.asarray(H), np.asarray(truth)
-    if H.shape != truth.shape:
-        raise ValueError(f"H has shape {H.shape} and truth {truth.shape}: they must be alike.")
-    lines = len(truth)
-    size = np.linalg.norm(truth.reshape(lines, -1), axis=1)
-    return np.asarray(np.linalg.norm((H - truth).reshape(lines, -1), axis=1) / size)
+def relative_error(H: ArrayLike, reference: ArrayLike) -> NDArray[np.float64]:
+    """|H - reference| / |reference| line by line, (n,): receptances (n,), or matrices in Frobenius' norm."""
+    H, reference = np.asarray(H), np.asarray(reference)
+    if H.shape != reference.shape:
+        raise ValueError(f"H has shape {H.shape} and reference {reference.shape}: they must be alike.")
+    lines = len(reference)
+    size = np.linalg.norm(reference.reshape(lines, -1), axis=1)
+    return np.asarray(np.linalg.norm((H - reference).reshape(lines, -1), axis=1) / size)
 
 
 def left_out(frequency: NDArray[np.float64], values: NDArray[np.complex128], unit: Unit) -> tuple[int, tuple[str, ...]]:

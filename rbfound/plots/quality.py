@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from rbfound.frf import FRF
 from rbfound.measurement import FEW_LINES, STATIC_PART, Blocks, Report, gains, mode_indicator
-from rbfound.plots.style import BLACK, BLUE, LINES, ORANGE, RED, STYLE, styled
+from rbfound.plots.style import BLACK, BLUE, ORANGE, RED, STYLE, each, legend_on, styled
 from rbfound.tables import number
 
 # A matrix of noise is lettered up to so many seats.
@@ -21,7 +21,6 @@ LETTERED = 8
 def checked(frf: FRF, report: Report) -> None:
     """A report on a set of FRFs as one figure, see `check_on`."""
     check_on(plt.figure(figsize=(9.2, 8.2)), frf, report)
-    plt.show()
 
 
 def check_figure(frf: FRF, report: Report) -> Figure:
@@ -138,19 +137,17 @@ def blow(blocks: Blocks, seat: str) -> None:
     right.plot(t, response, "-", color=BLACK, lw=0.8, label=f"acceleration at {seat}")
     right.set(xlabel="time [s]", ylabel="acceleration [m/s²]", title="the answer in one block")
     right.legend()
-    plt.show()
 
 
 @styled
 def coherences(curves: Mapping[str, tuple[ArrayLike, ArrayLike, ArrayLike]], low: float = 0.0) -> None:
     """Named receptances with their coherences, each (frequency [Hz], H [m/N], coherence), above a frequency [Hz]."""
     _, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(7.6, 4.8), height_ratios=(2, 1.1))
-    for (name, values), (color, line) in zip(curves.items(), LINES, strict=False):
+    for name, values, color, line in each(curves):
         f, H, coherence = (np.asarray(value) for value in values)
         seen = f >= low
         top.semilogy(f[seen], np.abs(H[seen]), line, color=color, lw=1.2, label=name)
         bottom.plot(f[seen], coherence[seen], line, color=color, lw=1.0)
     top.set_ylabel("receptance |H|  [m/N]")
-    top.legend(ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    legend_on(top, 3)
     bottom.set(xlabel="frequency [Hz]", ylabel="coherence [-]", ylim=(-0.03, 1.05))
-    plt.show()

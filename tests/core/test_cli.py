@@ -107,13 +107,21 @@ def test_a_campbell_diagram_warns_of_what_is_unstable_and_of_nothing_else(tmp_pa
     assert "Warning: unstable in this range: mode" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("command", [[], ["check"], ["identify"], ["campbell"]])
-def test_help_shows_examples_and_exit_codes(command, capsys):
+@pytest.mark.parametrize(
+    ("command", "shown"),
+    [
+        ([], "exit codes: 0 all is well"),
+        (["check"], "exit codes: 0 all is well"),
+        (["identify"], "exit codes: 0 all is well"),
+        (["campbell"], "[[bearing]]"),
+    ],
+)
+def test_help_shows_examples_and_exit_codes(command, shown, capsys):
     with pytest.raises(SystemExit) as end:
         main([*command, "--help"])
     assert end.value.code == 0
     out = capsys.readouterr().out
-    assert ("exit codes" in out) or ("[[bearing]]" in out)
+    assert shown in out
     assert max(map(len, out.splitlines())) < 130
 
 

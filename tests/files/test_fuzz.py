@@ -95,6 +95,7 @@ def test_a_damaged_file_gives_a_result_or_a_value_error(good, name):
 def test_the_good_files_are_read(good, name):
     # or the damaged ones would be refused for nothing; these say no unit, or one file for three pairs
     with fuzzing.beside(good[0]) as folder:
+        assert good[1][name]
         for content in good[1][name]:
             assert fuzzing.read(folder, name, content) is not None
 

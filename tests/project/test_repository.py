@@ -4,6 +4,7 @@ import re
 import tomllib
 from pathlib import Path
 
+import house
 import pytest
 
 import rbfound
@@ -22,9 +23,9 @@ def test_the_version_is_the_same_everywhere() -> None:
     assert f"\n## [{version}]" in text("CHANGELOG.md")
 
 
-def test_the_core_needs_numpy_and_scipy_only() -> None:
+def test_the_core_needs_numpy_and_scipy_and_what_limits_their_threads() -> None:
     needs = tomllib.loads(text("pyproject.toml"))["project"]["dependencies"]
-    assert [re.split(r"[<>=]", need)[0] for need in needs] == ["numpy", "scipy"]
+    assert [re.split(r"[<>=]", need)[0] for need in needs] == ["numpy", "scipy", "threadpoolctl"]
 
 
 def test_the_page_of_the_package_is_built_without_the_extras_that_the_book_does_not_need() -> None:
@@ -32,17 +33,30 @@ def test_the_page_of_the_package_is_built_without_the_extras_that_the_book_does_
     extras = tomllib.loads(text("pyproject.toml"))["project"]["optional-dependencies"]
     (own,) = (re.findall(r"\w+", need) for need in extras["book"] if need.startswith("rbfound["))
     beyond = set(extras) - {*own, "book", "test", "dev"}
-    imported = {"ross": "ross", "sweep": "pyarrow"}
+    imported = {"progress": "tqdm", "ross": "ross", "sweep": "pyarrow"}
     assert beyond == set(imported)
     (mocked,) = re.findall(r"autodoc_mock_imports: \[(.+)\]", text("_config.yml"))
     assert set(mocked.split(", ")) == set(imported.values())
 
 
-def test_every_module_is_on_the_page_of_the_package_once() -> None:
-    shown = re.findall(r"automodule:: (rbfound[.\w]*)", text("book/api.md"))
-    paths = [path.relative_to(ROOT).with_suffix("") for path in ROOT.glob("rbfound/**/*.py")]
-    names = {".".join(path.parts).removesuffix(".__init__") for path in paths}
-    assert sorted(shown) == sorted(names - {"rbfound", "rbfound._faces"})
+def test_every_module_is_in_the_reference_once_and_each_page_says_what_its_room_is_for() -> None:
+    pages = {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "book" / "api").glob("*.md")}
+    assert set(pages) == set(house.PAGES.values()) == set(re.findall(r"file: book/api/(\w+)", text("_toc.yml")))
+    shown = re.findall(r"automodule:: rbfound\.(\S+)", "\n".join(map(house.reference, pages)))
+    assert sorted(shown) == sorted(set(house.modules()) - set(house.FACES))
+    for page in pages.values():
+        idea, _, rest = page.partition("\n\n")[2].partition("\n\n")
+        assert len(re.findall(r"\.(?:\s|$)", idea)) == 3, idea
+        assert rest == "% generated: modules\n"
+
+
+def test_the_picture_of_the_house_shows_each_import_between_rooms_as_a_dot_and_links_each_room() -> None:
+    picture, count = house.picture(), house.uses()
+    assert ("cli", "files") in count
+    assert all(house.floors().index(above) > house.floors().index(below) for above, below in count)
+    assert picture.count('class="taken"') == len(count) > 20
+    assert re.findall(r'href="api/(\w+)\.html"', picture) == [house.PAGES[floor] for floor in house.floors()]
+    assert "theory imports from the core; " in picture
 
 
 def test_the_example_of_the_readme_runs(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
