@@ -1,7 +1,6 @@
 """Three-dimensional bodies and their modes. Needs the extra rbfound[solid] (scikit-fem)."""
 
 from rbfound.solid.axisymmetric import (
-    both_planes as both_planes,
     cone_angle as cone_angle,
     gyroscopic as gyroscopic,
     section_mesh as section_mesh,

@@ -2,10 +2,12 @@
 
 from rbfound.theory import sdof as sdof
 from rbfound.theory.condensation import (
-    LightMachine as LightMachine,
-    light_foundation as light_foundation,
-    light_mount as light_mount,
-    light_rotor as light_rotor,
+    ReducedMachine as ReducedMachine,
+    ReducedRotor as ReducedRotor,
+    mount_reduced as mount_reduced,
+    reduced_foundation as reduced_foundation,
+    reduced_rotor as reduced_rotor,
+    round_rotor as round_rotor,
 )
 from rbfound.theory.lumped import chain as chain
 from rbfound.theory.partialfractions import expanded as expanded, partial_fractions as partial_fractions, ratio as ratio
@@ -13,9 +15,11 @@ from rbfound.theory.reduction import (
     Reduction as Reduction,
     craig_bampton as craig_bampton,
     dynamic_reduction as dynamic_reduction,
+    factorised as factorised,
     guyan as guyan,
+    lowest_modes as lowest_modes,
     modal_reduction as modal_reduction,
-    orthonormal as orthonormal,
+    ritz as ritz,
 )
 from rbfound.theory.rigid import (
     RigidRotor as RigidRotor,
