@@ -9,7 +9,6 @@ from rbfound.theory.condensation import (
     reduced_rotor as reduced_rotor,
     round_rotor as round_rotor,
 )
-from rbfound.theory.lumped import chain as chain
 from rbfound.theory.partialfractions import expanded as expanded, partial_fractions as partial_fractions, ratio as ratio
 from rbfound.theory.reduction import (
     Reduction as Reduction,
@@ -31,6 +30,7 @@ from rbfound.theory.rigid import (
 from rbfound.theory.sdof import RIPPLE as RIPPLE, Peak as Peak, half_power as half_power, local_maxima as local_maxima
 from rbfound.theory.superposition import (
     antiresonances as antiresonances,
+    chain as chain,
     modal_terms as modal_terms,
     normal_modes as normal_modes,
     pole_terms as pole_terms,
