@@ -23,6 +23,7 @@ from typing import Any
 os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS="1")
 
 import numpy as np
+from calculix import read_frequencies, write_deck
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
@@ -38,8 +39,6 @@ from rbfound.solid import (
     mirror_halves,
     modes as solids,
     natural_modes,
-    read_frequencies,
-    write_deck,
 )
 
 Array = NDArray[np.float64]

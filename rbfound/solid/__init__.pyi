@@ -6,8 +6,7 @@ from rbfound.solid.axisymmetric import (
     section_mesh as section_mesh,
     solid_rotor as solid_rotor,
 )
-from rbfound.solid.calculix import Places as Places, read_frequencies as read_frequencies, write_deck as write_deck
-from rbfound.solid.elastic import Solid as Solid, elastic_solid as elastic_solid
+from rbfound.solid.elastic import Places as Places, Solid as Solid, elastic_solid as elastic_solid
 from rbfound.solid.mesh import Block as Block, brick as brick, join as join
 from rbfound.solid.modes import (
     direct_receptance as direct_receptance,
