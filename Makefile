@@ -66,7 +66,7 @@ bench: benchmarks/.venv/bench.stamp benchmarks/.venv-ross/bench.stamp ## compare
 	benchmarks/.venv-ross/bin/python benchmarks/rotor.py
 	benchmarks/.venv/bin/python benchmarks/startup.py
 	benchmarks/.venv/bin/python benchmarks/sweep.py
-	benchmarks/.venv/bin/python benchmarks/solid.py
+	PYTHONPATH=tools benchmarks/.venv/bin/python benchmarks/solid.py
 
 # A commit is timed by today's benchmarks, so that like stands beside like. `git worktree` keeps it in _build/at.
 speed: benchmarks/.venv/bench.stamp ## time what is used most beside all runs before (AT=commit: how it was then)

@@ -26,7 +26,6 @@ EXTRAS = {
     "anywidget": {"live.widgets"},
     "IPython": {"live.widgets"},
     "traitlets": {"live.widgets"},
-    "pyarrow": {"studies"},
     "tqdm": {"parallel"},
     "pyuff": {"files.uff"},
     "ross": {"files.ross_bearing"},

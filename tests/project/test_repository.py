@@ -42,7 +42,7 @@ def test_the_page_of_the_package_is_built_without_the_extras_that_the_book_does_
     extras = tomllib.loads(text("pyproject.toml"))["project"]["optional-dependencies"]
     (own,) = (re.findall(r"\w+", need) for need in extras["book"] if need.startswith("rbfound["))
     beyond = set(extras) - {*own, "book", "test", "dev"}
-    imported = {"progress": "tqdm", "ross": "ross", "sweep": "pyarrow"}
+    imported = {"progress": "tqdm", "ross": "ross"}
     assert beyond == set(imported)
     (mocked,) = re.findall(r"autodoc_mock_imports: \[(.+)\]", text("_config.yml"))
     assert set(mocked.split(", ")) == set(imported.values())
