@@ -1,4 +1,5 @@
-// The peak picker: FRFs on a canvas, peaks that can be moved, and what follows from them. No library, no network.
+// The peak picker: FRFs on a canvas, peaks that can be moved, and what follows from them. No library, no network; what
+// it shares with the sliders stands before it, in core.js.
 //
 // Its host computes. It is spoken to through model.get, model.set, model.save_changes and model.on("change:name"), as
 // anywidget gives them; any page that supplies these four can be the host. One that has model.send too is sent what has
@@ -8,26 +9,7 @@
 const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3], [4, 2], [12, 4]];
 const NEAR = { mouse: 9, touch: 22, pen: 14 };
 const WIDE = { left: 62, right: 14, lane: 46, gap: 12, foot: 34, comb: 62 };
-const SUPER = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 const PATIENCE = 4000, AHEAD = 2;
-
-const bound = (x, low, high) => Math.min(Math.max(x, low), high);
-const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
-
-function make(parent, tag, properties = {}, attributes = {}) {
-  const made = Object.assign(document.createElement(tag), properties);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  parent?.append(made);
-  return made;
-}
-
-// A text, or what else is said of an element, written where it differs: what is written is laid out again.
-function put(node, value, name = "textContent") {
-  if (node[name] !== value) node[name] = value;
-}
-function attribute(node, name, value) {
-  if (node.getAttribute(name) !== value) node.setAttribute(name, value);
-}
 
 // Bytes of any kind, as a host may hand them over, as 32-bit floats.
 function floats(bytes) {
@@ -36,48 +18,8 @@ function floats(bytes) {
   return new Float32Array(buffer.slice(byteOffset, byteOffset + byteLength));
 }
 
-// JupyterLab's own keys (d d deletes the cell, m makes it text) stay out of what has the focus here. It looks for the
-// attribute from the focused element upwards, and takes a key whose binding fits an element that it meets before:
-// ":focus" fits the first, which has to bear the attribute itself.
-function quiet(root) {
-  root.addEventListener("focusin", ({ target }) => target.setAttribute("data-lm-suppress-shortcuts", "true"));
-}
-
 // A notebook that was made a page carries the state of its widgets in it, and no kernel is behind.
 const isPrinted = () => document.querySelector('script[type="application/vnd.jupyter.widget-state+json"]') !== null;
-
-const raised = (n) => String(n).replace("-", "⁻").replace(/\d/g, (d) => SUPER[d]);
-function number(value, digits = 4) {
-  if (value === null || value === undefined || !isFinite(value)) return "–";
-  if (value === 0) return "0";
-  value = Number(value.toPrecision(digits));
-  const size = Math.abs(value);
-  if (size >= 1e-3 && size < 1e6) return minus(value.toFixed(Math.max(digits - 1 - Math.floor(Math.log10(size)), 0)));
-  const [a, b] = value.toExponential(digits - 1).split("e");
-  return `${minus(a)}·10${raised(Number(b))}`;
-}
-const minus = (text) => text.replace("-", "−");
-
-function isDark() {
-  const theme = document.documentElement.dataset.theme || document.body.dataset.theme;
-  if (theme) return theme === "dark";
-  const lab = document.body.dataset.jpThemeLight;
-  return lab ? lab === "false" : matchMedia("(prefers-color-scheme: dark)").matches;
-}
-
-// Ticks at round numbers, about so many.
-function ticks(low, high, count) {
-  const raw = (high - low) / Math.max(count, 1), power = 10 ** Math.floor(Math.log10(raw));
-  const step = power * [1, 2, 5, 10].find((s) => s * power >= raw * 0.999);
-  const out = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) out.push(k * step);
-  return out;
-}
-function decades(low, high, most) {
-  const first = Math.ceil(low - 1e-9), last = Math.floor(high + 1e-9);
-  const every = Math.max(1, Math.ceil((last - first + 1) / most));
-  return Array.from({ length: Math.max(Math.floor((last - first) / every) + 1, 0) }, (_, k) => first + k * every);
-}
 
 // Curves over lines [Hz]: pairs of seats to real and imaginary parts, and whatever is drawn of them, made when asked for.
 class Curves {
@@ -304,25 +246,13 @@ class Picker {
     }
     const size = new ResizeObserver(() => this.redraw(true));
     size.observe(plot);
-    const theme = () => this.themed();
-    const watch = new MutationObserver(theme);
-    for (const node of [document.documentElement, document.body]) {
-      watch.observe(node, { attributeFilter: ["data-theme", "data-jp-theme-light"] });
-    }
-    this.on(matchMedia("(prefers-color-scheme: dark)"), "change", theme);
-    this.cleanups.push(() => size.disconnect(), () => watch.disconnect(), () => clearTimeout(this.timer));
-    this.themed();
+    const themed = theming(this.root, () => { this.colour(); this.redraw(true); });
+    this.cleanups.push(() => size.disconnect(), themed, () => clearTimeout(this.timer));
   }
 
   remove() {
     this.removed = true;
     for (const cleanup of this.cleanups) cleanup();
-  }
-
-  themed() {
-    this.root.classList.toggle("is-dark", isDark());
-    this.colour();
-    this.redraw(true);
   }
 
   // The sheet's colours; before the picker is part of the page there are none.
@@ -672,7 +602,7 @@ class Picker {
     const part = this.card(box, "cond(Φ)", "rbp-cond"), value = make(part, "strong"), words = make(part, "span");
     const scale = make(part, "div", { className: "rbp-scale" }, { "aria-hidden": "true" }), point = make(scale, "i");
     const ends = make(part, "div", { className: "rbp-ends" }, { "aria-hidden": "true" });
-    for (let k = 0; k <= 5; k++) make(ends, "span", { textContent: k ? `10${raised(k)}` : "1" });
+    for (let k = 0; k <= 5; k++) make(ends, "span", { textContent: k ? tenTo(k) : "1" });
     this.fills.push(({ condition: c }) => {
       put(value, number(c, 3));
       put(words, c < 10 ? "the shapes are distinct" : c < 100 ? "the shapes are alike"
@@ -697,7 +627,7 @@ class Picker {
     this.fills.push((told) => {
       const rows = values(told), size = Math.max(...rows.flat().map(Math.abs)) || 1;
       const power = size >= 1e4 || size < 1 ? Math.floor(Math.log10(size)) : 0;
-      put(small, ` [${power ? `10${raised(power)} ` : ""}${unit}]${note}`);
+      put(small, ` [${power ? `${tenTo(power)} ` : ""}${unit}]${note}`);
       columns(told).forEach((text, j) => put(names[j], text));
       rows.forEach((entries, i) => entries.forEach((entry, j) => {
         const cell = cells[i][j], value = entry / 10 ** power, text = Math.abs(value) < 0.01 ? value.toFixed(4)
@@ -938,19 +868,12 @@ class Picker {
       width, high, left, right, narrow, upper: [WIDE.lane, split], lower: [split + WIDE.gap, end],
       comb: combed ? [high - combed + 18, high - 6] : null,
     };
-    if (this.unit === unit && this.wide === width && this.tall === high) return;
-    [this.unit, this.wide, this.tall, this.all] = [unit, width, high, true];
-    for (const canvas of [this.base, this.front]) {
-      Object.assign(canvas, { width: Math.round(width * unit), height: Math.round(high * unit) });
-      canvas.style.height = `${high}px`;
-    }
+    this.unit = unit;
+    for (const canvas of [this.base, this.front]) if (fitted(canvas, width, high, unit)) this.all = true;
   }
   context(canvas) {
-    const context = canvas.getContext("2d");
-    context.setTransform(this.unit, 0, 0, this.unit, 0, 0);
-    context.clearRect(0, 0, this.box.width, this.box.high);
+    const context = cleared(canvas, this.box.width, this.box.high, this.unit);
     context.font = `${this.box.narrow ? 11 : 12}px system-ui, sans-serif`;
-    context.lineJoin = "round";
     return context;
   }
   // What the two panels show: the kind of curve, and how much of it.
@@ -983,7 +906,6 @@ class Picker {
     this.drawFrequencyAxis(context);
     [upper, lower].forEach((panel, k) => {
       this.drawAmplitudeAxis(context, panel, kinds[k], this.ranges[k]);
-      context.save();
       this.clip(context, panel);
       for (const [i, j] of this.pairsShown()) {
         context.strokeStyle = this.colours[j];
@@ -997,11 +919,7 @@ class Picker {
     });
     if (!this.shown.size) this.write(context, "No FRF is chosen.", (left + right) / 2, (upper[0] + upper[1]) / 2, "center");
   }
-  clip(context, [top, bottom]) {
-    context.beginPath();
-    context.rect(this.box.left, top, this.box.right - this.box.left, bottom - top);
-    context.clip();
-  }
+  clip(context, [top, bottom]) { clipped(context, this.box.left, top, this.box.right, bottom); }
   height(value, panel) {
     const [top, bottom] = panel ? this.box.lower : this.box.upper, [a, b] = this.ranges[panel];
     return bottom - ((value - a) / (b - a)) * (bottom - top);
@@ -1039,11 +957,7 @@ class Picker {
     let end = -Infinity;
     for (const f of marks) {
       const x = Math.round(this.x(f)) + 0.5;
-      context.strokeStyle = this.ink("grid");
-      context.setLineDash([]);
-      context.beginPath();
-      for (const [a, b] of [upper, lower]) { context.moveTo(x, a); context.lineTo(x, b); }
-      context.stroke();
+      for (const [a, b] of [upper, lower]) segment(context, this.ink("grid"), x, a, x, b);
       const text = f >= 1 && step >= 1 ? f.toFixed(0) : String(Number(f.toPrecision(6)));
       const wide = context.measureText(text).width;
       if (x - wide / 2 < end + 6) continue;
@@ -1064,18 +978,13 @@ class Picker {
     for (const v of marks) {
       const y = Math.round(this.height(v, panel)) + 0.5;
       if (y < top + 3 || y > bottom - 1) continue;
-      context.strokeStyle = this.ink("grid");
-      context.setLineDash([]);
-      context.beginPath();
-      context.moveTo(left, y);
-      context.lineTo(right, y);
-      context.stroke();
+      segment(context, this.ink("grid"), left, y, right, y);
       const text = kind === "phase" ? minus(`${v}°`) : kind === "log"
-        ? (Math.abs(v - Math.round(v)) < 1e-9 ? `10${raised(Math.round(v))}` : minus((10 ** v).toExponential(1)))
+        ? (Math.abs(v - Math.round(v)) < 1e-9 ? tenTo(Math.round(v)) : (10 ** v).toExponential(1).replace("-", "−"))
         : minus(String(Number((v / 10 ** power).toPrecision(3))));
       this.write(context, text, left - 6, y, "right");
     }
-    const scale = power ? `10${raised(power)} ` : "";
+    const scale = power ? `${tenTo(power)} ` : "";
     const names = { log: "|H| [m/N]", magnitude: `|H| [${scale}m/N]`, phase: "phase", real: `Re H [${scale}m/N]`, imaginary: `Im H [${scale}m/N]` };
     this.write(context, names[kind], left + 6, top + 10, "left", "soft", true);
   }
@@ -1097,7 +1006,6 @@ class Picker {
     const context = this.context(this.front), { upper, lower } = this.box;
     this.grips = this.caption = null;
     [upper, lower].forEach((panel, k) => {
-      context.save();
       this.clip(context, panel);
       this.drawFit(context, k);
       if (k === 0 && this.kind === "bode") this.marks().forEach((_, p) => this.drawWidth(context, p));
@@ -1132,13 +1040,8 @@ class Picker {
     context.fillRect(a, upper[0], b - a, upper[1] - upper[0]);
     context.globalAlpha = 1;
     const level = w.height / Math.SQRT2, y = this.height(this.logarithmic.amplitude ? Math.log10(level) : level, 0);
-    context.strokeStyle = colour;
     context.lineWidth = on ? 2 : 1.2;
-    context.setLineDash([]);
-    context.beginPath();
-    context.moveTo(a, y);
-    context.lineTo(b, y);
-    context.stroke();
+    segment(context, colour, a, y, b, y);
     for (const x of [a, b]) {
       const r = on ? 5 : 2.6;
       context.beginPath();
@@ -1212,34 +1115,23 @@ class Picker {
     this.write(context, what, (left + right) / 2, top - 9, "center", "soft");
     if (truth) this.write(context, "truth", left - 6, top + 9, "right");
     this.write(context, "picked", left - 6, truth ? bottom - 9 : middle, "right", "picked");
-    context.save();
     this.clip(context, comb);
     context.strokeStyle = this.ink("line");
     context.strokeRect(left + 0.5, top + 0.5, right - left - 1, bottom - top - 1);
     for (const [true_, found] of rows) {
       context.lineWidth = 2;
-      context.strokeStyle = this.ink("ink");
-      if (true_ && truth) this.stroke(context, this.x(true_), top + 3, this.x(true_), middle - 5);
-      context.strokeStyle = this.ink("picked");
+      if (true_ && truth) segment(context, this.ink("ink"), this.x(true_), top + 3, this.x(true_), middle - 5);
       context.fillStyle = this.ink("picked");
       if (found) {
         const x = this.x(found), y = truth ? middle + 5 : top + 6;
-        this.stroke(context, x, y, x, bottom - 3);
+        segment(context, this.ink("picked"), x, y, x, bottom - 3);
         context.fillRect(x - 3, bottom - 8, 6, 6);
       }
       context.lineWidth = 1;
-      context.strokeStyle = this.ink("soft");
-      if (true_ && found) this.stroke(context, this.x(true_), middle - 5, this.x(found), middle + 5);
+      if (true_ && found) segment(context, this.ink("soft"), this.x(true_), middle - 5, this.x(found), middle + 5);
     }
     context.restore();
     context.globalAlpha = 1;
-  }
-  stroke(context, a, b, c, d) {
-    context.setLineDash([]);
-    context.beginPath();
-    context.moveTo(a, b);
-    context.lineTo(c, d);
-    context.stroke();
   }
 
   // Names of the peaks above their lines, in two rows, so that two peaks in one place can both be had.

@@ -6,6 +6,7 @@ A host (a page with Python in a worker, or a kernel) hands the values to a front
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -59,13 +60,27 @@ def opened(name: str, folder: Path, unit: str = "") -> Live:
     """
     if name not in OPENS:
         raise ValueError(f"{name} takes no files: {', '.join(OPENS)} does.")
-    files = sorted(folder.iterdir())
-    return OPENS[name](files[0] if len(files) == 1 else folder, unit or None)
+    inside = sorted(folder.iterdir())
+    return OPENS[name](inside[0] if len(inside) == 1 else folder, unit or None)
 
 
 def front(name: str) -> str:
-    """Name of the module, and of the style sheet, in the package that draws a thing."""
+    """Name of the front end that draws a thing: see `script` and `sheet`."""
     return THINGS[name][0]
+
+
+def script(name: str) -> str:
+    """A front end as one module: what all of them share, and its own."""
+    return "\n".join(_text(f"{part}.js") for part in ("core", name))
+
+
+def sheet(name: str) -> str:
+    """The style sheet of a front end."""
+    return _text(f"{name}.css")
+
+
+def _text(name: str) -> str:
+    return files("rbfound.live").joinpath(name).read_text(encoding="utf-8")
 
 
 def packed(values: Values) -> tuple[str, list[Any]]:

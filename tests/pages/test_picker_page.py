@@ -16,12 +16,11 @@ from browsing import launched
 
 import rbfound as rb
 from rbfound import thesis
-from rbfound.live import bench_of
+from rbfound.live import bench_of, script, sheet
 from rbfound.live.bench import Bench
 from rbfound.live.frontend import answer, scene
 from rbfound.live.picking import picked
 
-LIVE = Path(rb.__file__).parent / "live"
 DATA = Path(__file__).resolve().parents[2] / "data" / "foundation"
 
 pytestmark = pytest.mark.book
@@ -69,9 +68,8 @@ def page_of(bench: Bench, method: str = "pmsm") -> str:
         "result": {},
         "curves": "",
     }
-    js = (LIVE / "picker.js").read_text(encoding="utf-8").replace("export default", "window.exported =")
-    css = (LIVE / "picker.css").read_text(encoding="utf-8")
-    return PAGE % {"css": css, "js": js, "state": json.dumps(state)}
+    js = script("picker").replace("export default", "window.exported =")
+    return PAGE % {"css": sheet("picker"), "js": js, "state": json.dumps(state)}
 
 
 @pytest.fixture(scope="module")
