@@ -140,6 +140,7 @@ class Picker {
       make(make(legend, "span", { textContent: ` ${text}` }), "i", { className: `is-${kind}` });
     }
     this.message = make(left, "p", { className: "rbp-message", hidden: true }, { role: "status" });
+    this.buildFindings(left);
     this.list = make(left, "div", { className: "rbp-peaks" });
     this.spoken = make(left, "p", { className: "rbp-spoken" }, { "aria-live": "polite" });
     this.buildHelp(left);
@@ -155,6 +156,15 @@ class Picker {
     note.append(" On the page ");
     make(note, "a", { href: live.href, textContent: "Live" });
     note.append(" everything does.");
+  }
+
+  // What a check of the data warns of; open where it does.
+  buildFindings(parent) {
+    const found = this.scene.findings ?? [], many = found.length === 1 ? "1 warning" : `${found.length} warnings`;
+    const part = make(parent, "details", { className: `rbp-findings${found.length ? " rbp-message" : ""}`, open: found.length > 0 });
+    make(part, "summary", { textContent: `Check of the data: ${found.length ? many : "nothing to warn of"}` });
+    const list = make(part, "ul");
+    for (const text of [...found, this.scene.size]) make(list, "li", { textContent: text });
   }
 
   buildChoice(bar) {
@@ -566,7 +576,7 @@ class Picker {
   renderSide() {
     const { good } = this;
     if (!good) return;
-    const shape = JSON.stringify([good.Phi[0].length, good.matrices ? 0 : good.coordinates, good.under.length, good.alone.length]);
+    const shape = JSON.stringify([good.Phi[0].length, good.fit, good.matrices ? 0 : good.coordinates, good.under.length, good.alone.length]);
     if (shape !== this.shape) {
       this.shape = shape;
       this.fills = [];
@@ -577,6 +587,7 @@ class Picker {
   buildSide(good) {
     const box = document.createDocumentFragment(), below = document.createDocumentFragment();
     this.buildCondition(box);
+    if (good.fit) this.buildFit(box, good.fit);
     this.buildMatrix(box, "Φ", "", "1/√kg", ", a column for each peak", good.Phi[0].length, (told) => told.Phi,
       (told) => told.columns.map((c) => c.replace(/ (?=[\d.]+ Hz)/, "\n")));
     if (good.matrices) {
@@ -592,6 +603,28 @@ class Picker {
     this.buildFrequencies(below, "Foundation alone", "alone", good.alone.length);
     this.side.replaceChildren(box);
     this.below.replaceChildren(below);
+  }
+  // What the fit of all modes is worth: its misfit FRF by FRF, its modes, and apart from them those that are none.
+  buildFit(box, { unit, misfit, noise, much, modes, residual, band }) {
+    const { labels } = this.scene, part = this.card(box, "Misfit", "rbp-scroll");
+    make(part.firstChild, "small", { textContent: ` [${unit}], root mean square of each FRF; noise ${number(noise, 2)}` });
+    this.plain(part, ["", ...labels], misfit.map((row, i) => [labels[i], ...row.map((value) => number(value, 2))]),
+      (i, j) => misfit[i][j - 1] > much);
+    const own = this.card(box, `Modes from ${number(band[0], 3)} to ${number(band[1], 3)} Hz`, "rbp-scroll");
+    this.plain(own, ["", "frequency [Hz]", "damping [%]", ""],
+      modes.map(([f, zeta, unsure], k) => [`${k + 1}`, f.toFixed(1), number(zeta, 3), unsure ? "unsure" : ""]));
+    const many = residual.length === 1 ? "1 residual mode stands" : `${residual.length} residual modes stand`;
+    make(own, "p", { textContent: `${many} for what lies outside this band, and ${residual.length === 1 ? "is" : "are"} not listed.` });
+  }
+  plain(part, names, rows, marked = () => false) {
+    const table = make(part, "table", { className: "rbp-plain" }), head = make(make(table, "thead"), "tr");
+    for (const name of names) name ? make(head, "th", { textContent: name, scope: "col" }) : make(head, "td");
+    const body = make(table, "tbody");
+    rows.forEach((cells, i) => {
+      const row = make(body, "tr");
+      cells.forEach((text, k) => k ? make(row, "td", { textContent: text, className: marked(i, k) ? "is-off" : "" })
+        : make(row, "th", { textContent: text, scope: "row" }));
+    });
   }
   card(where, title, kind = "") {
     const part = make(where, "section", { className: `rbp-card ${kind}` });

@@ -14,7 +14,7 @@ from rbfound.identification import compliance, equivalent_matrices, pseudo_modes
 from rbfound.live.bench import Bench
 from rbfound.measurement import Peaks, mode_indicator, prominence
 from rbfound.theory import local_maxima
-from rbfound.units import radians
+from rbfound.units import hertz, radians
 
 Array = NDArray[np.float64]
 
@@ -48,6 +48,7 @@ class Picked:
     omega, zeta, shapes : (m,) [rad/s], (m,), (seats, m)
         Modes whose sum are the FRFs of the foundation, those that stand for what lies outside the band among them.
     alone, under : natural frequencies [Hz] of the foundation alone and under the rotor, as far as the FRFs reach
+        Those of `identify` alone are the modes of the band, without the residual ones.
     """
 
     method: str
@@ -181,7 +182,9 @@ def _identified(bench: Bench) -> Picked:
         fit.omega,
         fit.zeta,
         fit.Phi,
-        *bench.frequencies(foundation),
+        # residual modes stand for what lies outside the band: none of them is a natural frequency
+        np.sort((hertz(fit.omega) * np.sqrt(np.maximum(1 - fit.zeta**2, 0)))[own]),
+        bench.frequencies(foundation)[1],
     )
 
 

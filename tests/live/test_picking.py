@@ -149,6 +149,23 @@ def test_identify_in_the_picker_is_identify(coarse: Bench) -> None:
     assert found.Phi.shape == (4, len(found.peaks))
 
 
+def test_modes_of_the_band_are_listed_and_residual_modes_are_not_among_them(coarse: Bench) -> None:
+    found, told, _ = answer(coarse, [], "identify")
+    assert found is not None
+    fit, said = coarse.fit, told["fit"]
+    own = fit.inside
+    assert len(said["modes"]) + len(said["residual"]) == len(fit.omega) > len(said["modes"])
+    np.testing.assert_allclose([mode[0] for mode in said["modes"]], fit.frequency[own])
+    np.testing.assert_allclose([mode[1] for mode in said["modes"]], 100 * fit.zeta[own])
+    np.testing.assert_allclose(said["misfit"], 100 * fit.misfit)
+    # the damped frequencies of the foundation, without those of residual modes
+    every = found.foundation.modes().frequency
+    nearest = np.abs(every[:, None] - found.alone).min(axis=0)
+    assert len(found.alone) == own.sum()
+    assert (nearest < 1e-6 * found.alone).all()
+    assert answer(coarse, [150.0, 350.0, 151.0, 348.0])[1]["fit"] is None
+
+
 @pytest.mark.parametrize(("peaks", "method"), [(TWICE, "pmsm"), (DISTINCT, "distinct"), ([], "identify")])
 def test_the_sum_of_the_modes_is_the_solved_frf(coarse: Bench, peaks: list[float], method: str) -> None:
     frequency = np.array([10.0, 155.0, 344.0, 470.0])

@@ -375,6 +375,27 @@ def test_the_theme_of_the_page_is_followed(stage: Stage) -> None:
     assert stage.picture() == before
 
 
+def test_a_dark_book_shows_no_pale_frame(stage: Stage) -> None:
+    # the book's theme as it stands in a built page
+    stage.page.add_style_tag(
+        content="html[data-theme=dark] .bd-content div.cell_output .widget-subarea { background: #ccc; padding: 8px }"
+    )
+    stage.page.evaluate("""() => {
+        document.documentElement.dataset.theme = "dark";
+        const here = document.getElementById("here"), classes = ["widget-subarea", "cell_output", "bd-content"];
+        let inner = here.firstChild;
+        for (const name of classes) {
+            const outer = Object.assign(document.createElement("div"), { className: name });
+            inner.replaceWith(outer);
+            outer.append(inner);
+            inner = outer;
+        }
+    }""")
+    area = stage.page.locator(".widget-subarea")
+    found = area.evaluate("area => [getComputedStyle(area).backgroundColor, getComputedStyle(area).paddingTop]")
+    assert found == ["rgba(0, 0, 0, 0)", "0px"]
+
+
 def test_a_removed_picker_leaves_no_ear_behind(stage: Stage) -> None:
     stage.page.evaluate("window.remove()")
     stage.page.evaluate("model.set('result', {...model.get('result'), stamp: 1})")
