@@ -15,12 +15,14 @@ from rbfound.foundation import Foundation
 from rbfound.frf import FRF
 from rbfound.identification import ModalFit, fit_modes
 from rbfound.machine import couple
-from rbfound.measurement import prominence
+from rbfound.measurement import check, prominence
 from rbfound.rotor import Bearing, Rotor
 from rbfound.theory import RIPPLE, Peak, half_power, local_maxima, reduced_rotor
 
 Array = NDArray[np.float64]
 
+# A check needs so many lines.
+FEWEST = 5
 # Lines that a screen can show of curves that follow each move.
 SOME_LINES = 700
 
@@ -52,6 +54,23 @@ class Bench:
     def fit(self) -> ModalFit:
         """All modes that the FRFs show, fitted when first asked for."""
         return fit_modes(self.frf)
+
+    @cached_property
+    def findings(self) -> tuple[str, ...]:
+        """What there is to warn of in the FRFs, before anything is made of them."""
+        if len(self.frf.frequency) < FEWEST:
+            return (f"The FRFs have {len(self.frf.frequency)} lines: too few to be checked.",)
+        return check(self.frf).warnings
+
+    @cached_property
+    def size(self) -> str:
+        """How large the FRFs are, in a sentence: a wrong unit shows in it, and in nothing else."""
+        H = np.abs(self.frf.H)
+        stiff = 1 / np.einsum("nii->ni", H)[0].clip(np.finfo(float).tiny)
+        return (
+            f"On the lowest line, {self.frf.frequency[0]:.4g} Hz, the seats are as stiff as {stiff.min():.3g} to "
+            f"{stiff.max():.3g} N/m, and the largest receptance is {H.max():.3g} m/N: a wrong unit shows here."
+        )
 
     @cached_property
     def true_frequencies(self) -> tuple[Array, Array]:
