@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 from scipy.linalg import lapack
 
-from rbfound.system import Modes, System, in_order, mac
-from rbfound.units import radians
+from rbfound.system import Modes, System, mac
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -36,12 +35,14 @@ AT_A_TIME = 2**16
 # Vectors of the small model's basis, tried in turn.
 SIZES = (72, 144)
 # Newton's steps, and the size of the last one, relative, that is the end: the error left is of its cube.
-STEPS, SETTLED = 6, 1e-5
+STEPS, SETTLED = 8, 1e-5
+# A crossing is one where frequency and speed differ by no more than this, relative.
+CROSSED = 1e-9
 # Two modes of one speed are the same one if they are as close in both pole and shape.
 SAME = 1e-6
 # The contour of a count: half its width over its height, and how often a step is halved. A phase that turns by more
-# in one step might have turned the other way round.
-WIDE, HALVINGS, MOST_TURN = 5.0, 12, 1.5
+# in one step might have turned the other way round. Its height is in the widest of so many gaps.
+WIDE, HALVINGS, MOST_TURN, GAPS = 5.0, 12, 1.5, 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,11 +73,6 @@ class Banded:
         return self.band.shape[1] // (3 * HALF + 1)
 
     @cached_property
-    def transposed(self) -> tuple[sparse.csr_array, ...]:
-        """M, C, K, G transposed."""
-        return tuple(sparse.csr_array(part.T) for part in self.parts)
-
-    @cached_property
     def norms(self) -> Array:
         """Largest row sums of |M|, |C|, |K|, |G|, (4,)."""
         return np.array([float(np.max(abs(part).sum(axis=1), initial=0.0)) for part in self.parts])
@@ -98,9 +94,9 @@ class Banded:
     def times(self, weights: Complex, x: Complex, transposed: bool = False) -> Complex:
         """The sum of weights (lanes, 4) times M, C, K and G, or their transposes, times x: (n, lanes)."""
         out = np.zeros(x.shape, dtype=complex)
-        for part, weight in zip(self.transposed if transposed else self.parts, weights.T, strict=True):
+        for part, weight in zip(self.parts, weights.T, strict=True):
             if part.nnz and weight.any():
-                out += weight * (part @ x)
+                out += weight * ((part.T if transposed else part) @ x)
         return out
 
     def solve(self, poles: Complex, speeds: Array, force: Complex) -> Complex:
@@ -119,14 +115,13 @@ class Banded:
         omega, speeds : (lanes,) circular frequency and speed of rotation [rad/s]
         """
         poles = np.asarray(1j * omega, dtype=complex)
-        x, bad = np.zeros(force.shape, dtype=complex), np.arange(len(poles))
-        for _ in range(2):
+        x, weights = self.solve(poles, speeds, force), _weights(poles, speeds)
+        bad = np.flatnonzero(~(self.misfit(poles, speeds, x, force) <= ROUNDING))
+        if len(bad):
             # where the shaft alone is nearly singular, digits are lost: what is left of the forces gives them back
-            left = force[:, bad] - self.times(_weights(poles[bad], speeds[bad]), x[:, bad])
+            left = force[:, bad] - self.times(weights[bad], x[:, bad])
             x[:, bad] += self.solve(poles[bad], speeds[bad], left)
             bad = bad[~(self.misfit(poles[bad], speeds[bad], x[:, bad], force[:, bad]) <= ROUNDING)]
-            if not len(bad):
-                break
         return x, bad
 
     def misfit(self, poles: Complex, speeds: Array, x: Complex, force: Complex) -> Array:
@@ -161,6 +156,13 @@ class Banded:
         a = (v.conj() * (self.parts[0] @ w)).sum(axis=0)
         return poles - 2 * c / (b * (1 + np.sqrt(1 - 4 * a * c / b**2))), w, v
 
+    def slope(self, poles: Complex, speeds: Array, x: Complex, y: Complex) -> Complex:
+        """d lambda / d Omega of modes with right and left vectors, (lanes,)."""
+        zero = np.zeros_like(poles)
+        turned = self.times(np.stack([zero, zero, zero, poles], axis=1), x)
+        moved = self.times(np.stack([2 * poles, zero + 1, zero, speeds], axis=1), x)
+        return np.asarray(-(y.conj() * turned).sum(axis=0) / (y.conj() * moved).sum(axis=0))
+
 
 class _Factor:
     """D at one pole and speed, factored."""
@@ -169,8 +171,9 @@ class _Factor:
         self.lu, self.pivots, _ = lapack.zgbtrf(ab, HALF, HALF, overwrite_ab=1)
         self.held, self.border = held, (right, below, rest)
         diagonal = self.lu[2 * HALF]
-        # a pole met to the last bit: a matrix one rounding beside it is taken, as in any inverse iteration
-        diagonal[diagonal == 0] = np.finfo(float).eps * np.abs(diagonal).max()
+        if not diagonal.all():
+            # a pole met to the last bit: a matrix one rounding beside it is taken, as in any inverse iteration
+            diagonal[diagonal == 0] = np.finfo(float).eps * np.abs(diagonal).max()
 
     def solve(self, force: Complex, adjoint: bool = False) -> Complex:
         """D x = force or D^H x = force: (n,)."""
@@ -253,23 +256,26 @@ class SmallModel:
         """The small machine at a spin speed [rad/s]."""
         return System(np.eye(len(self.K)), self.C, self.K, speed * self.G)
 
-    def modes(self, speeds: Array) -> tuple[Complex, Complex, Complex]:
-        """All poles, right and left vectors at each speed: (speeds, 2r) and twice (speeds, r, 2r)."""
+    def poles(self, speeds: Array) -> Complex:
+        """All poles at each speed: (speeds, 2r)."""
         r = len(self.K)
         rate = np.sqrt(linalg.norm(self.K, np.inf)) or 1.0
         A = np.zeros((len(speeds), 2 * r, 2 * r))
         A[:, :r, r:] = np.eye(r)
         A[:, r:, :r] = -self.K / rate**2
         A[:, r:, r:] = -(self.C + speeds[:, None, None] * self.G) / rate
-        poles, right = np.linalg.eig(A)
-        left = np.linalg.inv(right).conj().transpose(0, 2, 1)
-        return np.asarray(rate * poles), np.asarray(right[:, :r]), np.asarray(left[:, r:])
+        return np.asarray(rate * np.linalg.eigvals(A), dtype=complex)
 
 
-def small_model(machine: Banded, size: int, kept: int) -> SmallModel:
+def small_model(machine: Banded, size: int, count: int, reach: float = 0.0) -> SmallModel:
     """The machine in its lowest undamped modes, within the space that dampers and border reach.
 
     A block Krylov space: what forces at dampers and border, and two anywhere, do to the shaft again and again.
+
+    Parameters
+    ----------
+    size : vectors of that space
+    count, reach : so many modes, and all up to so fast [rad/s], shall be good guesses
     """
     n, (M, C, K, G) = machine.shaft, machine.parts
     size = min(size, n)
@@ -296,42 +302,11 @@ def small_model(machine: Banded, size: int, kept: int) -> SmallModel:
         force = own @ new
     whole = linalg.block_diag(basis[:, :size], np.eye(M.shape[0] - n))
     Mr, Kr = (whole.T @ (A @ whole) for A in (M, K))
-    _, mix = linalg.eigh((Kr + Kr.T) / 2, (Mr + Mr.T) / 2)
-    whole = whole @ mix[:, :kept]
+    squared, mix = linalg.eigh((Kr + Kr.T) / 2, (Mr + Mr.T) / 2)
+    count = max(count, int((squared < reach**2).sum()) + 2)
+    whole = whole @ mix[:, : max(size * count // 48, 3 * count // 2)]
     C, K, G = (whole.T @ (A @ whole) for A in (C, K, G))
     return SmallModel(C, K, G, whole)
-
-
-def lowest_modes(machine: Banded, speeds: Array, count: int, above: float) -> list[Modes] | None:
-    """The lowest modes above a frequency [Hz] at each speed [rad/s], or None where they are not certain.
-
-    Parameters
-    ----------
-    count : int
-        So many are wanted at each speed; up to there, none with a damping ratio below 0.98 is left out.
-    """
-    for size in SIZES:
-        small = small_model(machine, size, size * count // 48)
-        guessed, right, left = small.modes(speeds)
-        slow = float(radians(above))
-        order = np.argsort(np.where(guessed.imag > slow, guessed.imag, np.inf), axis=1)[:, :count]
-        start = np.take_along_axis(guessed, order, axis=1)
-        if not (start.imag > slow).all() or not complete(machine, speeds, guessed, _gap(start)):
-            continue
-        x, y = (np.take_along_axis(part, order[:, None, :], axis=2) for part in (right, left))
-        modes = _refined(machine, small.basis, speeds, start, x, y)
-        if modes is not None:
-            return modes
-    return None
-
-
-def _gap(wanted: Complex) -> Array:
-    """The height of each speed's contour: the middle of the widest gap in the upper third of the wanted poles."""
-    heights = np.sort(wanted.imag, axis=1)
-    least = 2 * heights.shape[1] // 3 - 1
-    gap = least + np.diff(np.log(heights[:, least:]), axis=1).argmax(axis=1)
-    rows = np.arange(len(heights))
-    return np.asarray(np.sqrt(heights[rows, gap] * heights[rows, gap + 1]))
 
 
 def contour(height: float) -> Complex:
@@ -340,18 +315,28 @@ def contour(height: float) -> Complex:
     return np.asarray(height * np.concatenate([side, WIDE * above * np.abs(above) + 1j, -side[::-1].conj()]))
 
 
-def complete(machine: Banded, speeds: Array, poles: Complex, height: Array) -> bool:
+def complete(machine: Banded, speeds: Array, poles: Complex, count: int, line: Array) -> bool:
     """Whether the machine has as many poles as the small model, `poles` (speeds, p), within a contour at every speed.
 
-    The phase of det D over the product of all lambda - p turns by half a turn along the upper half of the contour for
-    each pole that is missing. It is a slow function, as the poles near by cancel; where it is not, steps are halved.
+    The contour lies above the lowest `count` poles and a line (speeds,) [rad/s], where the gap to the next is wide.
+    The phase of det D over the product of all lambda - p turns by half a turn along its upper half for each pole that
+    is missing. It is a slow function, as the poles near by cancel; where it is not, steps are halved.
     """
+    heights = []
+    for row, least in zip(poles, line, strict=True):
+        above = np.sort(row.imag[row.imag > 1e-9 * np.abs(row).max()])
+        at = np.append(least, above)[max(count, int((above <= least).sum())) :][: GAPS + 1]
+        if len(at) < 2:
+            return False
+        at[0] = max(at[0], least)
+        gap = np.diff(np.log(at)).argmax()
+        heights.append(float(np.sqrt(at[gap] * at[gap + 1])))
 
     def phase(row: Index, at: Complex) -> Complex:
         apart = at[:, None] - poles[row]
         return np.asarray(machine.turns(at, speeds[row]) / np.prod(apart / np.abs(apart), axis=1))
 
-    points = np.array([contour(h) for h in height])
+    points = np.array([contour(h) for h in heights])
     row = np.repeat(np.arange(len(speeds)), points.shape[1])
     turned = phase(row, points.ravel()).reshape(points.shape)
     ends = np.stack([points[:, :-1].ravel(), points[:, 1:].ravel()])
@@ -371,28 +356,42 @@ def complete(machine: Banded, speeds: Array, poles: Complex, height: Array) -> b
     return False
 
 
-def _refined(
-    machine: Banded, basis: Array, speeds: Array, start: Complex, right: Complex, left: Complex
-) -> list[Modes] | None:
-    """The machine's modes near those of the small model, (speeds, m); None where two are one or one is none."""
-    s, m = start.shape
-    x, y = (basis @ part.transpose(1, 0, 2).reshape(-1, s * m) for part in (right, left))
-    poles, at, open_ = start.flatten(), np.repeat(speeds, m), np.arange(s * m)
+def refined(
+    machine: Banded, poles: Complex, speeds: Array, x: Complex, y: Complex, order: float | None = None
+) -> tuple[Array, Modes] | None:
+    """The machine's modes near guesses, lane by lane, at their speeds; None where two are one or one is none.
+
+    Parameters
+    ----------
+    x, y : (n, lanes) right and left vectors
+    order : optional
+        Each speed is moved to where Im lambda = order |Omega|.
+    """
+    speeds, open_ = speeds.copy(), np.arange(len(poles))
     for _ in range(STEPS):
-        found, x[:, open_], y[:, open_] = machine.newton(poles[open_], at[open_], x[:, open_], y[:, open_])
-        off, poles[open_] = np.abs(found - poles[open_]) / np.abs(found), found
-        misfit = machine.misfit(found, at[open_], x[:, open_], np.zeros((1, 1), dtype=complex))
-        open_ = open_[~((off <= SETTLED) & (misfit <= ROUNDING))]
+        at, given = speeds[open_], poles[open_]
+        found, w, v = machine.newton(given, at, x[:, open_], y[:, open_])
+        off = np.abs(found - given) / np.abs(found)
+        misfit = machine.misfit(found, at, w, np.zeros((1, 1), dtype=complex))
+        poles[open_], x[:, open_], y[:, open_] = found, w, v
+        done = (off <= SETTLED) & (misfit <= ROUNDING)
+        if order is not None:
+            slope = machine.slope(found, at, w, v)
+            margin = found.imag - order * np.abs(at)
+            done &= np.abs(margin) <= CROSSED * np.abs(at)
+            step = np.where(done, 0.0, -margin / (slope.imag - order * np.sign(at)))
+            speeds[open_], poles[open_] = at + step, found + slope * step
+        open_ = open_[~done]
         if not len(open_):
-            break
-    if len(open_):
-        return None
-    vectors = x.reshape(-1, s, m).transpose(1, 0, 2)
-    modes = [in_order(p, q) for p, q in zip(poles.reshape(s, m), vectors, strict=True)]
-    return None if any(map(_repeated, modes)) else modes
+            return None if _repeated(speeds, poles, x) else (speeds, Modes(poles, x))
+    return None
 
 
-def _repeated(modes: Modes) -> bool:
+def _repeated(speeds: Array, poles: Complex, x: Complex) -> bool:
     """Whether two neighbours are one and the same mode."""
-    near = np.abs(np.diff(modes.poles)) <= SAME * np.abs(modes.poles[1:])
-    return any(mac(modes.shapes[:, [k]], modes.shapes[:, [k + 1]])[0, 0] > 1 - SAME for k in np.flatnonzero(near))
+    order = np.lexsort((poles.imag, speeds))
+    a, b = order[:-1], order[1:]
+    near = (np.abs(speeds[b] - speeds[a]) <= SAME * np.abs(speeds[a])) & (
+        np.abs(poles[b] - poles[a]) <= SAME * np.abs(poles[a])
+    )
+    return any(mac(x[:, [i]], x[:, [j]])[0, 0] > 1 - SAME for i, j in zip(a[near], b[near], strict=True))
