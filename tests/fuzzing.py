@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 from samples import FREQUENCY, MACHINE, foundation
 from scipy import io as scipy_io
+from test_as_they_come import CASES
 from written import universal
 
 import rbfound as rb
@@ -67,16 +68,24 @@ def good_files(folder: Path) -> dict[str, list[bytes]]:
     files = {
         name: (folder / name).read_bytes() for name in ("a.npz", "b.npz", "m.npz", "a.mat", "b.mat", "c.mat", "m.mat")
     }
+    more: dict[str, list[bytes]] = {"text": [], "text, one table": [], "Universal File": []}
+    for case in CASES:
+        # what is read without a word of the caller's
+        if case.format in more and not case.said and case.refused is None:
+            with tempfile.TemporaryDirectory() as name:
+                made = case.make(Path(name))
+                file = made if made.is_file() else sorted(made.iterdir())[0]
+                more[case.format].append(file.read_bytes())
     return {
         "f.npz": [files["a.npz"], files["b.npz"]],
         "H.npy": [member.getvalue()],
         "f.mat": [files["a.mat"], files["b.mat"]],
         "packed.mat": [files["c.mat"][128:]],
-        "u.uff": [universal(folder / "u.uff", four).read_bytes()],
+        "u.uff": [universal(folder / "u.uff", four).read_bytes(), *more["Universal File"]],
         "b.uff": [universal(folder / "b.uff", four, binary=1).read_bytes()],
-        "t.csv": [_table(["Frequency [Hz]", *names], rows, mark) for mark in ",;\t"],
+        "t.csv": [_table(["Frequency [Hz]", *names], rows, mark) for mark in ",;\t"] + more["text, one table"],
         "index.csv": ["\n".join(index).encode()],
-        "one.txt": [one, comma.encode(), comma.encode("utf-16"), comma.encode("latin-1")],
+        "one.txt": [one, comma.encode(), comma.encode("utf-16"), comma.encode("latin-1"), *more["text"]],
         "m.npz": [files["m.npz"]],
         "m.json": [json.dumps(told).encode()],
         "m.mat": [files["m.mat"]],

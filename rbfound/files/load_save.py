@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy import io as scipy_io
-from scipy.ndimage import uniform_filter1d
 
 from rbfound.files.arrays import curves_of_arrays, read_arrays, texts
 from rbfound.files.content import content_of, decoded, listed, reckoning
@@ -121,7 +120,9 @@ def load_errors(path: str | os.PathLike[str], averages: int, **said: Any) -> NDA
     # as of accelerations, whose errors are even
     square = np.maximum(frf.frequency, frf.frequency[-1] / 1e3)[:, None, None] ** 2
     rest = (square * np.abs(frf.H)) ** 2 * np.maximum(1 - c, 1e-6) / c
-    return np.asarray(np.sqrt(uniform_filter1d(rest, 9, axis=0, mode="nearest") / (averages - 1)) / square)
+    padded = np.pad(rest, ((4, 4), (0, 0), (0, 0)), mode="edge")
+    even = np.lib.stride_tricks.sliding_window_view(padded, 9, axis=0).mean(axis=-1)
+    return np.asarray(np.sqrt(even / (averages - 1)) / square)
 
 
 def explained(path: str | os.PathLike[str], **said: Any) -> str:
