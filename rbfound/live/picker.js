@@ -36,6 +36,13 @@ function floats(bytes) {
   return new Float32Array(buffer.slice(byteOffset, byteOffset + byteLength));
 }
 
+// JupyterLab's own keys (d d deletes the cell, m makes it text) stay out of what has the focus here. It looks for the
+// attribute from the focused element upwards, and takes a key whose binding fits an element that it meets before:
+// ":focus" fits the first, which has to bear the attribute itself.
+function quiet(root) {
+  root.addEventListener("focusin", ({ target }) => target.setAttribute("data-lm-suppress-shortcuts", "true"));
+}
+
 // A notebook that was made a page carries the state of its widgets in it, and no kernel is behind.
 const isPrinted = () => document.querySelector('script[type="application/vnd.jupyter.widget-state+json"]') !== null;
 
@@ -147,8 +154,8 @@ class Picker {
 
   // ---- the page ----
   build(el) {
-    // JupyterLab's own keys (arrows go to the next cell, Delete takes it away) stay out of the picture
-    const root = (this.root = make(el, "div", { className: "rbfound-picker" }, { "data-lm-suppress-shortcuts": "true" }));
+    const root = (this.root = make(el, "div", { className: "rbfound-picker" }));
+    quiet(root);
     const inner = make(root, "div", { className: "rbp-inner" });
     const bar = make(inner, "div", { className: "rbp-bar" });
     const choice = (text, options, value, change) => {

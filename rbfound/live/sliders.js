@@ -229,7 +229,7 @@ class Sliders {
   constructor(model, el) {
     this.model = model;
     this.settings = { ...model.get("settings") };
-    this.root = make(el, "div", { className: "rbfound-sliders" }, { "data-lm-suppress-shortcuts": "true" });
+    this.root = make(el, "div", { className: "rbfound-sliders" });
     const inner = make(this.root, "div", { className: "rbs-inner" });
     this.inputs = make(inner, "div", { className: "rbs-inputs" });
     for (const control of model.get("controls")) this[control.kind](control);

@@ -3,6 +3,7 @@
 import importlib.util
 import json
 import os
+import re
 import socket
 import subprocess
 import sys
@@ -28,7 +29,13 @@ CELLS = [
     "picker",
     'import json\nprint(json.dumps({"peaks": picker.peaks, "M": picker.foundation.M.tolist()}))',
     "picker.peaks = [160, 480, 626, 344]",
+    "from rbfound.plots import rotor_body, turnable\n"
+    "machine = rb.mount(rb.thesis.rotor(), rb.thesis.bearings())\n"
+    "modes = machine.at(0.0).modes().above(1.0).below(500.0)\n"
+    'turnable([rotor_body(rb.thesis.rotor(), machine.mesh.z, modes.shapes)], modes.frequency, "The shaft")',
 ]
+# Whatever can have the focus.
+FOCUSABLE = ":is(button, select, input, summary, a[href], [tabindex='0']):visible:enabled"
 
 pytestmark = [pytest.mark.book, pytest.mark.slow]
 
@@ -112,6 +119,15 @@ class Lab:
     def run(self, cell: int) -> None:
         self.page.locator(".jp-CodeCell .jp-InputArea-editor").nth(cell).click(timeout=60_000)
         self.page.keyboard.press("Control+Enter")
+
+    def contents(self) -> list[str]:
+        """The kind and the text of each cell."""
+        return list(
+            self.page.locator(".jp-Notebook .jp-Cell").evaluate_all(
+                "cells => cells.map(c => c.className.match(/jp-(Code|Markdown|Raw)Cell/)[1]"
+                " + c.querySelector('.jp-InputArea').textContent)"
+            )
+        )
 
     def settle(self) -> None:
         """Until nothing has been drawn for a while."""
@@ -201,6 +217,44 @@ def test_keys_move_a_peak_and_leave_the_notebook_alone(notebook: Lab) -> None:
     notebook.settle()
     assert notebook.handles.count() == 4
     assert notebook.page.locator(".jp-Cell").count() == cells
+
+
+def shortcuts() -> list[str]:
+    """What JupyterLab takes for a command to the notebook, of keys that a hand may fall on: letters and digits."""
+    import jupyterlab
+
+    found = set()
+    for path in (Path(jupyterlab.__file__).parents[4] / "share/jupyter/lab/schemas").rglob("*.json"):
+        for told in json.loads(path.read_text(encoding="utf-8")).get("jupyter.lab.shortcuts", []):
+            keys = told.get("keys", [])
+            if all(re.fullmatch(r"(Shift )?[A-Z0-9]", key) for key in keys):
+                found.add(tuple(key.replace(" ", "+") if " " in key else key.lower() for key in keys))
+    return [key for keys in sorted(found) for key in keys]
+
+
+def test_no_letter_typed_on_a_part_of_the_picker_or_the_viewer_is_a_command_to_the_notebook(notebook: Lab) -> None:
+    notebook.run(3)
+    notebook.page.wait_for_selector(".rbfound-view.is-live canvas")
+    keys, before = shortcuts(), notebook.contents()
+    assert {"x", "d", "m", "y", "r", "a", "b", "0", "i", "Shift+M"} <= set(keys)
+    # the notebook is in its command mode, as it is after a click on an output
+    notebook.page.locator(".rbp-choice summary").click()
+    for place in (".rbfound-picker", ".rbfound-view"):
+        parts = notebook.page.locator(f"{place} {FOCUSABLE}")
+        assert parts.count() > 5
+        for k in range(parts.count()):
+            # an element is kept, as what a key changes may be another number of parts
+            part = parts.nth(k).element_handle()
+            part.focus()
+            for key in keys:
+                notebook.page.keyboard.press(key)
+            said = part.evaluate("part => part.outerHTML.slice(0, 80)")
+            assert notebook.contents() == before, said
+            assert notebook.page.locator(".jp-Dialog").count() == 0, said
+            part.evaluate("part => part.blur()")
+    notebook.page.locator(".rbp-choice summary").click()
+    notebook.page.get_by_label("Method", exact=True).select_option("pmsm")
+    notebook.settle()
 
 
 def test_peaks_set_in_a_cell_move_the_lines(notebook: Lab) -> None:
