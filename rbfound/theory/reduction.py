@@ -181,7 +181,7 @@ def ritz(M: Any, K: Any, forces: Array, modes: int, blocks: int = 1, shift: floa
     blocks : terms of the series kept, each with one coordinate for every force that it adds something to
     shift : [Hz], 0 or, for a body that can move freely, below: the answers are then those at omega^2 below zero
     """
-    solve = factorised(K - signed_square(shift) * M, definite=shift <= 0)
+    solve = factorised(K - _signed_square(shift) * M, definite=shift <= 0)
     basis = lowest_modes(M, K, modes, shift, lambda _: solve)[1] if modes else np.zeros((K.shape[0], 0))
     for _ in range(blocks):
         answer = orthonormal(solve(forces), M, basis)
@@ -204,7 +204,7 @@ def lowest_modes(M: Any, K: Any, count: int, shift: float = 0.0, factor: Factor 
     n = K.shape[0]
     if not 0 < count <= n:
         raise ValueError(f"modes = {count}: it must be from 1 to {n}.")
-    square = signed_square(shift)
+    square = _signed_square(shift)
     if not sparse.issparse(K) or 2 * count >= n:
         squares, Phi = linalg.eigh(*(A.toarray() if sparse.issparse(A) else A for A in ((K + K.T) / 2, M)))
         first = np.abs(squares - square).argsort(kind="stable")[:count]
@@ -214,7 +214,7 @@ def lowest_modes(M: Any, K: Any, count: int, shift: float = 0.0, factor: Factor 
     return _lanczos(M, K, solve, count, square)
 
 
-def signed_square(shift: float) -> float:
+def _signed_square(shift: float) -> float:
     """omega^2 [rad^2/s^2] of a frequency [Hz], with its sign."""
     return float(np.sign(shift) * radians(shift) ** 2)
 
