@@ -88,6 +88,7 @@ class Picker {
     this.handles = [];
     this.cleanups = [];
     this.asking = new Map();
+    [this.past, this.at] = [[this.state()], 0];
     this.build(el);
     this.listen();
     this.received();
@@ -142,6 +143,10 @@ class Picker {
     this.message = make(left, "p", { className: "rbp-message", hidden: true }, { role: "status" });
     this.buildFindings(left);
     this.list = make(left, "div", { className: "rbp-peaks" });
+    const acts = make(left, "div", { className: "rbp-row" });
+    for (const [text, act] of [["Undo", () => this.undo(-1)], ["Redo", () => this.undo(1)], ["Copy as Python", () => this.copy()]]) {
+      make(acts, "button", { type: "button", textContent: text, onclick: act });
+    }
     this.spoken = make(left, "p", { className: "rbp-spoken" }, { "aria-live": "polite" });
     this.buildHelp(left);
     this.side = make(main, "div", { className: "rbp-side" });
@@ -227,7 +232,7 @@ class Picker {
       "Drag a peak's line or its name; a double click puts it on the nearest maximum. Drag the two squares of the selected peak to change its half-power width.",
       "← and → move the selected peak by a line, with Shift by a tenth, Page Up and Page Down by ten; ↑ and ↓ widen and " +
         "narrow it. Tab goes to the next peak. Home puts it on the nearest maximum.",
-      "Delete removes a peak, Insert or Enter adds one.",
+      "Delete removes a peak, Insert or Enter adds one. Ctrl+Z takes back the last change, Ctrl+Y or Ctrl+Shift+Z makes it again.",
       "Wheel (once the picture has been clicked), pinch, + and − zoom; with Shift the amplitude. Drag the background to " +
         "pan; double click or 0 shows the whole band.",
     ]) make(list, "li", { textContent: text });
@@ -249,6 +254,13 @@ class Picker {
     this.on(plot, "wheel", (e) => this.wheel(e), { passive: false });
     this.on(plot, "dblclick", (e) => this.twice(e));
     this.on(plot, "keydown", (e) => this.key(e));
+    this.on(this.root, "keydown", (e) => {
+      const step = { z: e.shiftKey ? 1 : -1, y: 1 }[e.key.toLowerCase()];
+      // a field undoes its own letters
+      if (!step || !(e.ctrlKey || e.metaKey) || e.altKey || e.target.matches("input")) return;
+      e.preventDefault();
+      this.undo(step);
+    });
     const heard = { "change:result": () => this.received(), "change:peaks": () => this.told(), "change:method": () => this.told() };
     for (const [name, act] of Object.entries(heard)) {
       model.on(name, act);
@@ -277,6 +289,7 @@ class Picker {
   // A few questions may be on their way, so that the host need not wait for the picture; of those that would be more,
   // the latest counts. A notebook lets one change of a model through at a time, but messages at once.
   send() {
+    this.remember();
     if (this.asking.size >= (this.model.send ? AHEAD : 1)) { this.again = true; return; }
     this.again = false;
     const stamp = Math.ceil(Math.random() * 1e9);
@@ -333,6 +346,44 @@ class Picker {
     this.draw();
     this.renderSide();
   }
+  // ---- what can be undone: each change, and a whole drag as one ----
+  state() { return { peaks: this.peaks.map((peak) => ({ ...peak })), method: this.method }; }
+  remember() {
+    const state = this.state();
+    if (same(state, this.past[this.at])) return;
+    const onward = this.drag && this.drag === this.remembered;
+    this.past.length = this.at + (onward ? 0 : 1);
+    this.at = this.past.push(state) - 1;
+    this.remembered = this.drag;
+  }
+  undo(step) {
+    const state = this.past[this.at + step];
+    if (!state) return this.tell(step < 0 ? "There is nothing to undo." : "There is nothing to redo.");
+    const focused = this.lane.contains(document.activeElement);
+    this.at += step;
+    [this.peaks, this.method, this.remembered] = [state.peaks.map((peak) => ({ ...peak })), state.method, null];
+    this.methodChoice.value = this.method;
+    this.selected = bound(this.selected, 0, Math.max(this.peaks.length - 1, 0));
+    this.renderPeaks();
+    if (focused) this.handles[this.selected]?.focus({ preventScroll: true });
+    this.send();
+  }
+  // The lines that give this result in a notebook.
+  python() {
+    const { good } = this, load = "import rbfound as rb\n\nfrf = rb.load_frf(\"data\")  # your folder or file\n";
+    if (this.found() || !good) return `${load}foundation = rb.identify(frf)\n`;
+    const values = (key) => good.peaks.map((peak) => peak[key]).join(", ");
+    return `${load}peaks = rb.Peaks([${values("frequency")}], [${values("damping")}])  # at ${good.peaks.map((peak) => peak.seat).join(", ")}\n` +
+      "foundation = rb.pmsm(frf, peaks)\n";
+  }
+  async copy() {
+    try {
+      await navigator.clipboard.writeText(this.python());
+      this.tell("Copied: the lines of Python that give this foundation.");
+    } catch {
+      this.tell(this.python());
+    }
+  }
   // The host has other peaks or another method than this view.
   told() {
     const peaks = this.model.get("peaks") ?? [], method = this.model.get("method");
@@ -340,6 +391,7 @@ class Picker {
     [this.peaks, this.method] = [peaks.map((p) => ({ ...p })), method];
     this.methodChoice.value = method;
     this.selected = bound(this.selected, 0, Math.max(peaks.length - 1, 0));
+    this.remember();
     this.renderPeaks();
   }
   say(text, kind) {

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from rbfound.files import foundation_bytes, foundation_text, load_foundation, load_frf
-from rbfound.foundation import Foundation
 from rbfound.live import machine_things, reduction_things, sdof_things
 from rbfound.live.bench import Bench, bench_of
 from rbfound.live.frontend import answer, scene
@@ -164,25 +163,30 @@ def _own_peak_picker(path: Path, fields: Mapping[str, Any]) -> Live:
 def _picker(bench: Bench, method: str) -> Live:
     """The peak picker: the front end sends `peaks`, `method` and `stamp`; see `rbfound.live.frontend`."""
     names, data = scene(bench)
-    held: dict[str, Foundation] = {}
+    held: dict[str, Any] = {}
 
     def update(values: Values) -> Values:
         found, told, curves = answer(bench, values["peaks"], values["method"])
         held.clear()
         if found is not None:
-            held["foundation"] = found.foundation
+            held["foundation"], held["peaks"] = found.foundation, told["peaks"]
         # the curves first: the result tells the front end to draw them
         return {"curves": curves, "result": {**told, "stamp": values["stamp"]}}
 
-    def kept() -> Foundation:
+    def kept(name: str = "foundation") -> Any:
         if not held:
             raise ValueError("The peaks as they stand give no foundation.")
-        return held["foundation"]
+        return held[name]
+
+    def csv() -> bytes:
+        rows = [f"{peak['seat']},{peak['frequency']!r},{peak['damping']!r}" for peak in kept("peaks")]
+        return "\n".join(["seat,frequency [Hz],damping ratio", *rows, ""]).encode()
 
     first = {"peaks": names["first"][method], "method": method, "stamp": 0}
     saves = {
         "foundation.npz": lambda: foundation_bytes(kept()),
         "foundation.txt": lambda: foundation_text(kept()).encode(),
+        "peaks.csv": csv,
     }
     return Live({"scene": names, "data": data} | first | update(first), update, saves)
 

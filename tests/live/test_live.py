@@ -182,6 +182,11 @@ def test_the_picker_answers_as_in_a_notebook_and_gives_its_foundation_away(tmp_p
     text = thing.saves["foundation.txt"]().decode()
     table = np.loadtxt(text.splitlines())
     np.testing.assert_array_equal(table, np.vstack([back.M, back.C, back.K, back.B]))
+    heading, *rows = thing.saves["peaks.csv"]().decode().splitlines()
+    assert heading == "seat,frequency [Hz],damping ratio"
+    assert [row.split(",")[0] for row in rows] == list(SEATS)
+    read = [[float(value) for value in row.split(",")[1:]] for row in rows]
+    assert read == [[peak["frequency"], peak["damping"]] for peak in told["peaks"]]
     thing.update({"peaks": peaks[:2], "method": "pmsm", "stamp": 4})
     with pytest.raises(ValueError, match="give no foundation"):
         thing.saves["foundation.npz"]()

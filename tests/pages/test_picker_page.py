@@ -247,6 +247,41 @@ def test_up_and_down_widen_and_narrow_and_home_reads_the_curve_again(stage: Stag
     assert stage.peaks()[0] == stage.page.evaluate("model.get('scene').first.pmsm[0]")
 
 
+def test_a_whole_drag_is_undone_and_made_again_and_so_is_what_was_deleted(stage: Stage) -> None:
+    first = stage.peaks()
+    stage.drag(1, 60.0)
+    dragged = stage.peaks()
+    stage.page.keyboard.press("Delete")
+    stage.settle()
+    for key, expected in (
+        ("z", dragged),
+        ("z", first),
+        ("y", dragged),
+        ("Shift+Z", dragged[:1] + dragged[2:]),
+        ("z", dragged),
+    ):
+        stage.page.keyboard.press(f"Control+{key}")
+        stage.settle()
+        assert stage.peaks() == expected
+    stage.page.get_by_role("button", name="Undo").click()
+    stage.page.get_by_role("button", name="Undo").click()
+    stage.settle()
+    assert stage.peaks() == first
+    assert stage.page.locator("[aria-live=polite]").text_content() == "There is nothing to undo."
+    matches(stage)
+
+
+@pytest.mark.parametrize("method", ["pmsm", "distinct", "identify"])
+def test_the_lines_of_python_that_can_be_copied_give_the_foundation_that_is_shown(stage: Stage, method: str) -> None:
+    stage.page.get_by_label("Method", exact=True).select_option(method)
+    stage.settle()
+    code = stage.page.evaluate("picker.python()").replace('"data"', repr(str(DATA / "fine")))
+    made: dict[str, Any] = {}
+    exec(code, made)
+    shown = picked(stage.bench, stage.peaks(), method).foundation
+    np.testing.assert_allclose(made["foundation"].K, shown.K, rtol=1e-12)
+
+
 def test_tab_goes_from_peak_to_peak_and_each_says_what_it_is(stage: Stage) -> None:
     stage.handles.nth(0).focus()
     seen = []
