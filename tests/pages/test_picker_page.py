@@ -16,12 +16,11 @@ from browsing import launched
 
 import rbfound as rb
 from rbfound import thesis
-from rbfound.live import bench_of
+from rbfound.live import bench_of, script, sheet
 from rbfound.live.bench import Bench
 from rbfound.live.frontend import answer, scene
 from rbfound.live.picking import picked
 
-LIVE = Path(rb.__file__).parent / "live"
 DATA = Path(__file__).resolve().parents[2] / "data" / "foundation"
 
 pytestmark = pytest.mark.book
@@ -69,9 +68,8 @@ def page_of(bench: Bench, method: str = "pmsm") -> str:
         "result": {},
         "curves": "",
     }
-    js = (LIVE / "picker.js").read_text(encoding="utf-8").replace("export default", "window.exported =")
-    css = (LIVE / "picker.css").read_text(encoding="utf-8")
-    return PAGE % {"css": css, "js": js, "state": json.dumps(state)}
+    js = script("picker").replace("export default", "window.exported =")
+    return PAGE % {"css": sheet("picker"), "js": js, "state": json.dumps(state)}
 
 
 @pytest.fixture(scope="module")
@@ -249,6 +247,41 @@ def test_up_and_down_widen_and_narrow_and_home_reads_the_curve_again(stage: Stag
     assert stage.peaks()[0] == stage.page.evaluate("model.get('scene').first.pmsm[0]")
 
 
+def test_a_whole_drag_is_undone_and_made_again_and_so_is_what_was_deleted(stage: Stage) -> None:
+    first = stage.peaks()
+    stage.drag(1, 60.0)
+    dragged = stage.peaks()
+    stage.page.keyboard.press("Delete")
+    stage.settle()
+    for key, expected in (
+        ("z", dragged),
+        ("z", first),
+        ("y", dragged),
+        ("Shift+Z", dragged[:1] + dragged[2:]),
+        ("z", dragged),
+    ):
+        stage.page.keyboard.press(f"Control+{key}")
+        stage.settle()
+        assert stage.peaks() == expected
+    stage.page.get_by_role("button", name="Undo").click()
+    stage.page.get_by_role("button", name="Undo").click()
+    stage.settle()
+    assert stage.peaks() == first
+    assert stage.page.locator("[aria-live=polite]").text_content() == "There is nothing to undo."
+    matches(stage)
+
+
+@pytest.mark.parametrize("method", ["pmsm", "distinct", "identify"])
+def test_the_lines_of_python_that_can_be_copied_give_the_foundation_that_is_shown(stage: Stage, method: str) -> None:
+    stage.page.get_by_label("Method", exact=True).select_option(method)
+    stage.settle()
+    code = stage.page.evaluate("picker.python()").replace('"data"', repr(str(DATA / "fine")))
+    made: dict[str, Any] = {}
+    exec(code, made)
+    shown = picked(stage.bench, stage.peaks(), method).foundation
+    np.testing.assert_allclose(made["foundation"].K, shown.K, rtol=1e-12)
+
+
 def test_tab_goes_from_peak_to_peak_and_each_says_what_it_is(stage: Stage) -> None:
     stage.handles.nth(0).focus()
     seen = []
@@ -375,6 +408,27 @@ def test_the_theme_of_the_page_is_followed(stage: Stage) -> None:
     assert stage.picture() != before
     stage.page.evaluate("document.body.dataset.jpThemeLight = 'true'")
     assert stage.picture() == before
+
+
+def test_a_dark_book_shows_no_pale_frame(stage: Stage) -> None:
+    # the book's theme as it stands in a built page
+    stage.page.add_style_tag(
+        content="html[data-theme=dark] .bd-content div.cell_output .widget-subarea { background: #ccc; padding: 8px }"
+    )
+    stage.page.evaluate("""() => {
+        document.documentElement.dataset.theme = "dark";
+        const here = document.getElementById("here"), classes = ["widget-subarea", "cell_output", "bd-content"];
+        let inner = here.firstChild;
+        for (const name of classes) {
+            const outer = Object.assign(document.createElement("div"), { className: name });
+            inner.replaceWith(outer);
+            outer.append(inner);
+            inner = outer;
+        }
+    }""")
+    area = stage.page.locator(".widget-subarea")
+    found = area.evaluate("area => [getComputedStyle(area).backgroundColor, getComputedStyle(area).paddingTop]")
+    assert found == ["rgba(0, 0, 0, 0)", "0px"]
 
 
 def test_a_removed_picker_leaves_no_ear_behind(stage: Stage) -> None:
