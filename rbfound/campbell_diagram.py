@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rbfound.lowest import lowest_modes
+from rbfound.banded import lowest_modes
 from rbfound.machine import Machine
 from rbfound.system import Modes, System, mac
 from rbfound.units import hertz
@@ -154,12 +154,10 @@ def campbell(machine: Spinning, speeds: ArrayLike, count: int = 12, above: float
 
 def _lowest(machine: Spinning, speeds: Array, count: int, above: float) -> tuple[list[Modes], list[Planes]]:
     """The lowest modes above a frequency [Hz] at each speed, and which coordinates are the shaft's."""
-    chain = machine.chain if isinstance(machine, Machine) else None
-    if chain is not None and chain.nodes >= LONG:
-        found = lowest_modes(chain, speeds, count, above)
+    if isinstance(machine, Machine) and machine.banded is not None and len(machine.mesh.z) >= LONG:
+        found = lowest_modes(machine.banded, speeds, count, above)
         if found is not None:
-            nodes = 4 * np.arange(chain.nodes)
-            return found, [(nodes, nodes + 1)] * len(speeds)
+            return found, [machine.mesh.planes] * len(speeds)
     modes, planes = [], []
     for speed in speeds:
         system = machine.at(float(speed))

@@ -1,12 +1,24 @@
-"""A task done over and over: in this process or through any executor, with tqdm's bar (extra `rbfound[progress]`)."""
+"""How work runs: over and over, here or through any executor, with a bar; and on one BLAS thread.
 
+The bar is tqdm's (extra `rbfound[progress]`). More than one thread costs work on many small matrices many times its
+time and gains nothing, and threads change the order of sums: the last digits.
+"""
+
+import sys
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
+from functools import cache, wraps
 from importlib.util import find_spec
-from typing import TypeVar
+from threading import Lock
+from typing import Any, ParamSpec, TypeVar
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+P = ParamSpec("P")
+
+_lock = Lock()
+_running = 0
+_limit: Any = None
 
 # Seconds before a bar appears that nobody asked for.
 PATIENCE = 2.0
@@ -68,3 +80,42 @@ def _with_bar(done: Iterator[Result], first: int, total: int, title: str, wanted
     when = {"disable": None, "delay": PATIENCE} if wanted is None else {}
     bar: Iterable[Result] = tqdm(done, title or None, total, initial=first, **when)
     return bar
+
+
+@cache
+def _controller() -> Any:
+    """The BLAS libraries of this process, or None in a browser, whose Python has one thread."""
+    if sys.platform == "emscripten":
+        return None
+    # numpy and scipy bring one BLAS each: both have to be loaded before they are looked for
+    import scipy.linalg
+    import threadpoolctl
+
+    assert scipy.linalg
+    return threadpoolctl.ThreadpoolController().select(user_api="blas")
+
+
+def one_thread(function: Callable[P, Result]) -> Callable[P, Result]:
+    """The function, run with one BLAS thread; the number of threads is as before when it ends.
+
+    The limit holds for the whole process while at least one such function runs.
+    """
+
+    @wraps(function)
+    def alone(*args: P.args, **kwargs: P.kwargs) -> Result:
+        global _running, _limit
+        with _lock:
+            if _running == 0 and (controller := _controller()) is not None:
+                _limit = controller.limit(limits=1)
+            _running += 1
+        try:
+            return function(*args, **kwargs)
+        finally:
+            with _lock:
+                _running -= 1
+                # the last one of several threads of Python that run at once
+                if _running == 0 and _limit is not None:
+                    _limit.restore_original_limits()
+                    _limit = None
+
+    return alone

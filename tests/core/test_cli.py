@@ -4,37 +4,12 @@ import re
 
 import numpy as np
 import pytest
-from test_files import foundation
+from samples import MACHINE, foundation
 
 import rbfound as rb
 from rbfound.cli import main
 from rbfound.files import load_machine
 
-MACHINE = """# a rotor with one disk
-speeds = [0, 6000]
-foundation = "foundation.json"
-
-[shaft]
-length = [0.5, 0.5]
-diameter = [0.05, 0.04]
-
-[[disk]]
-position = 0.5
-mass = 10.0
-Ip = 0.05
-
-[[bearing]]
-position = 0.0
-kxx = 1e8
-kyy = 1e8
-cxx = 1e3
-cyy = 1e3
-
-[[bearing]]
-position = 1.0
-kxx = 1e8
-kyy = 1e8
-"""
 F = np.arange(5.0, 320.0, 0.5)
 
 

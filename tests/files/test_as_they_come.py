@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from samples import foundation
 from scipy import io as scipy_io
-from test_files import foundation
 
 import rbfound as rb
 from rbfound.files import explained, load_errors

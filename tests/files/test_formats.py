@@ -9,8 +9,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from samples import FREQUENCY, Harmful, foundation
 from scipy import io as scipy_io
-from test_files import FREQUENCY, Harmful, foundation
 from written import table, universal
 
 import rbfound as rb

@@ -19,7 +19,7 @@ import fuzzing
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
-from test_files import foundation
+from samples import foundation
 
 import rbfound as rb
 

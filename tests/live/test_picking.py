@@ -11,10 +11,11 @@ from scipy.optimize import linear_sum_assignment
 import rbfound as rb
 from rbfound import thesis
 from rbfound.live import bench_of
-from rbfound.live.bench import Bench, standing, thinned
+from rbfound.live.bench import Bench, thinned
 from rbfound.live.frontend import answer, paired, scene
 from rbfound.live.picking import first_picks, picked, picks_of
 from rbfound.machine import couple
+from rbfound.theory import reduced_rotor
 
 DATA = Path(__file__).resolve().parents[2] / "data" / "foundation"
 # The chapter on PMSM: one X and one Y mode read twice, and four distinct modes.
@@ -56,7 +57,7 @@ def test_the_higher_the_limit_of_the_reduced_rotor_the_smaller_its_error(truth: 
     whole, places = machine(truth, 1000.0), sorted(thesis.bearings())
     errors = []
     for limit in (500.0, 1000.0, 4000.0):
-        journals = standing(thesis.rotor(), places, limit, truth.labels)
+        journals = reduced_rotor(thesis.rotor(), places, limit, blocks=2).body
         modes = couple(journals, list(thesis.bearings().values()), truth).modes()
         errors.append(np.abs(modes.above(1.0).below(1000.0).frequency / whole - 1).max())
     assert errors[0] > errors[1] > errors[2]

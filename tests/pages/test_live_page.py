@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from browser import is_local, router, served
 from browsing import launched, missing, pyodide_folder
-from test_files import foundation
+from samples import foundation
 from written import table, universal
 
 import rbfound as rb

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_modal_fit import known
+from samples import known
 
 import rbfound as rb
 from rbfound.thesis import compare_methods, frequency_errors, method_result, response_error, usual_methods

@@ -22,13 +22,13 @@ def counts() -> set[int]:
 
 
 def plain() -> list[set[int]]:
-    from rbfound.threads import one_thread
+    from rbfound.parallel import one_thread
 
     return [one_thread(counts)(), counts()]
 
 
 def nested() -> list[set[int]]:
-    from rbfound.threads import one_thread
+    from rbfound.parallel import one_thread
 
     @one_thread
     def inner() -> None:
@@ -44,7 +44,7 @@ def nested() -> list[set[int]]:
 
 
 def overlapping() -> list[set[int]]:
-    from rbfound.threads import one_thread
+    from rbfound.parallel import one_thread
 
     begun, may_end = Barrier(2), Barrier(2)
 
