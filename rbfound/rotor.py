@@ -60,6 +60,9 @@ class Shaft:
             )
         if self.stiff is not None and len(self.stiff) != len(self.length):
             raise ValueError(f"{len(self.stiff)} stiff diameters and {len(self.length)} lengths: give one each.")
+        for name in ("E", "rho", "nu"):
+            if np.ndim(getattr(self, name)):
+                raise ValueError(f"{name} is {getattr(self, name)!r:.60}: it must be one number for all segments.")
         self.sections()
         self.stiff_sections()
 
@@ -110,6 +113,11 @@ class Bearing:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
+            if callable(value) or np.ndim(value):
+                raise ValueError(
+                    f"{name} is {value!r:.60}: it must be one number. For coefficients that depend on speed, give "
+                    "campbell and unbalance_response an object whose .at(speed) mounts the bearings of that speed."
+                )
             if not np.isfinite(value):
                 raise ValueError(f"{name} = {value}: it must be finite.")
 

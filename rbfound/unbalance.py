@@ -189,8 +189,10 @@ def unbalance_response(machine: Shafted, speeds: ArrayLike, unbalance: Mapping[f
     if isinstance(machine, Machine):
         force = unbalance_force(machine, unbalance, len(machine.M))
         return machine.responses(speeds, speeds, np.outer(speeds**2, force))
-    force = unbalance_force(machine, unbalance, len(machine.at(0.0).M))
-    return np.array([machine.at(float(speed)).solve(float(speed), speed**2 * force) for speed in speeds])
+    # a film bearing has no coefficients at rest: no speed is asked for but those given
+    systems = [machine.at(float(speed)) for speed in speeds]
+    force = unbalance_force(machine, unbalance, len(systems[0].M) if systems else 0)
+    return np.array([system.solve(float(w), w**2 * force) for system, w in zip(systems, speeds, strict=True)])
 
 
 def unbalance_force(machine: Placed, unbalance: Mapping[float, complex], count: int) -> Complex:

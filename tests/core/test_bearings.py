@@ -74,3 +74,45 @@ def test_exports_tie_every_bearing_to_its_own_node(bearings):
     assert [tie[0][0] for tie in ties] == [(node, component) for node in nodes for component in (1, 2)]
     B = [[value for _, value in tie[1:]] for tie in ties]
     np.testing.assert_allclose(B, known.B, rtol=5.1e-10)
+
+
+def test_a_bearing_takes_one_number_each_and_says_what_to_do_for_one_that_depends_on_speed():
+    for value in ([1e6, 2e6], lambda speed: 1e6):
+        with pytest.raises(ValueError, match=r"kxx is .* depend on speed"):
+            rb.Bearing(kxx=value)
+    with pytest.raises(ValueError, match=r"E is .* one number for all segments"):
+        rb.Shaft([0.5, 0.5], [0.05, 0.06], E=[2e11, 1e11])
+
+
+class OnOil:
+    """A rotor in bearings whose damping falls with the speed: at rest they have none."""
+
+    rotor = rb.Rotor(rb.Shaft([0.6], [0.1]), {0.2: rb.Disk(30.0, 0.3, 0.5)})
+
+    def mounted(self, speed):
+        film = rb.Bearing(kxx=1e7, kyy=2e7, cxx=2e7 / speed, cyy=4e7 / speed)
+        return rb.mount(self.rotor, {0.0: film, 0.6: film})
+
+    def at(self, speed):
+        return self.mounted(speed).at(speed)
+
+    def coordinate(self, z, direction):
+        return self.mounted(1.0).coordinate(z, direction)
+
+
+def test_a_machine_without_coefficients_at_rest_answers_at_its_speeds():
+    speeds = np.array([100.0, 300.0])
+    found = rb.unbalance_response(OnOil(), speeds, {0.2: 1e-4})
+    for row, speed in zip(found, speeds, strict=True):
+        np.testing.assert_allclose(
+            row, rb.unbalance_response(OnOil().mounted(speed), [speed], {0.2: 1e-4})[0], rtol=1e-8, atol=1e-20
+        )
+    assert rb.unbalance_response(OnOil(), [], {}).shape[0] == 0
+
+
+def test_the_critical_speeds_in_a_film_are_those_of_a_fine_count():
+    speeds = np.linspace(20.0, 2000.0, 8)
+    critical = rb.campbell(OnOil(), speeds).critical_speeds()
+    fine = np.linspace(20.0, 2000.0, 200)
+    above = np.array([(OnOil().at(s).modes().poles.imag > s).sum() for s in fine], dtype=int)
+    assert len(critical.speed) == np.abs(np.diff(above)).sum() > 0
