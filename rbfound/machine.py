@@ -8,12 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
-from rbfound.elimination import response
+from rbfound.banded import Banded, band_of
 from rbfound.foundation import Foundation
 from rbfound.frf import FRF
-from rbfound.nodechain import Chain
 from rbfound.rotor import Bearing, Mesh, Rotor, assemble
-from rbfound.roundshaft import chain_of
 from rbfound.system import Modes, System
 from rbfound.units import radians
 
@@ -47,9 +45,9 @@ class Machine:
         return System(self.M, self.C, self.K, speed * self.G, self.mesh.planes)
 
     @cached_property
-    def chain(self) -> Chain | None:
-        """The machine as a chain of nodes, solved in a time proportional to them; None if it is not one."""
-        return chain_of(self.M, self.C, self.K, self.G, (self.mesh.M, self.mesh.K, self.mesh.G))
+    def banded(self) -> Banded | None:
+        """The machine as a band with a border, solved in a time proportional to its nodes; None if it is none."""
+        return band_of((self.M, self.C, self.K, self.G), len(self.mesh.M))
 
     def responses(self, omega: Array, speeds: Array, force: Complex) -> Complex:
         """Steady motion under harmonic forces, line by line: (lines, n) complex [m].
@@ -65,8 +63,8 @@ class Machine:
             When an undamped mode lies on a line.
         """
         out, uncertain = np.empty(force.shape, dtype=complex), np.arange(len(omega))
-        if self.chain is not None:
-            found, uncertain = response(self.chain, omega, speeds, force.T)
+        if self.banded is not None:
+            found, uncertain = self.banded.response(omega, speeds, force.T)
             out[:] = found.T
         for k in uncertain:
             out[k] = self.at(float(speeds[k])).solve(float(omega[k]), force[k])

@@ -58,6 +58,17 @@ class Modes:
         """The modes up to a frequency [Hz]."""
         return self._only(self.frequency <= frequency)
 
+    def whirl(self, planes: tuple[NDArray[np.intp], NDArray[np.intp]] | None) -> Array:
+        """Direction of whirl along a shaft, from 1 (circles from X to Y) to -1, (m,); nan without a shaft.
+
+        The turning sense of each node's orbit, -2 Im(conj(x) y), over the sum of |x|^2 + |y|^2.
+        """
+        if planes is None:
+            return np.full(len(self.poles), np.nan)
+        x, y = (self.shapes[plane] for plane in planes)
+        size = (np.abs(x) ** 2 + np.abs(y) ** 2).sum(axis=0)
+        return np.asarray(-2 * np.imag(x.conj() * y).sum(axis=0) / np.where(size > 0, size, 1.0))
+
     def _only(self, keep: NDArray[np.bool_]) -> "Modes":
         return Modes(self.poles[keep], self.shapes[:, keep])
 
@@ -136,16 +147,29 @@ class System:
         shapes = np.concatenate([rigid, shapes[:, kept]], axis=1)
         return in_order(poles, shapes)
 
-    def rounding(self, poles: ArrayLike) -> Array:
-        """How far `modes` may miss poles (m,) by rounding [rad/s], (m,).
+    def growth(self, pole: complex) -> float:
+        """How fast the mode near a pole grows, Re lambda [rad/s], from the energy of its shape x.
 
-        Eigenvalues of the state matrix, in units of the fastest mode, carry an error of eps times their condition
-        number, which is |fastest| / 2 |pole| for a light damping.
+        lambda solves lambda^2 x^H M x + lambda x^H (C + G) x + x^H K x = 0. The symmetric parts of C and K give real
+        numbers there and the skew ones imaginary numbers, whatever x is rounded to: where C is skew and K symmetric,
+        the answer is 0 and not a rounding of it.
         """
-        A, L = self.state_matrix()
-        n = len(L)
-        fastest = max(np.sqrt(linalg.norm(A[n:, :n], np.inf)), linalg.norm(A[n:, n:], np.inf)) if n else 0.0
-        return np.asarray(np.finfo(float).eps * fastest**2 / np.maximum(np.abs(poles), np.finfo(float).tiny))
+        turned = self.C + self.G
+        D = pole**2 * self.M + pole * turned + self.K
+        # beside the pole by less than the shape shows
+        D = D + 1e-12 * np.diag(np.abs(D).max(axis=1))
+        x = np.random.default_rng(0).standard_normal(len(D)) + 0j
+        for _ in range(3):
+            x = np.linalg.solve(D, x / linalg.norm(x))
+        x = x / linalg.norm(x)
+
+        def energy(A: Array) -> complex:
+            return complex((x.conj() @ (A + A.T) @ x).real / 2, (x.conj() @ (A - A.T) @ x).imag / 2)
+
+        m, c, k = energy(self.M).real, energy(turned), energy(self.K)
+        root = np.sqrt(c * c - 4 * m * k)
+        roots = np.array([-c + root, -c - root]) / (2 * m)
+        return float(roots[np.abs(roots - pole).argmin()].real)
 
     @staticmethod
     def _rigid_shapes(stiffness: Array, L: Array, most: int) -> Array:

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
 from rbfound.campbell_diagram import Campbell
-from rbfound.files import read_npz, replaced
+from rbfound.files import read_arrays, replaced
 from rbfound.frf import FRF
 from rbfound.identification.modal_fit import ModalFit, fit_modes
 from rbfound.machine import Machine, mount
@@ -238,7 +238,7 @@ def without_window(fit: ModalFit, decay: float) -> ModalFit:
 
 def _begun(path: Path, asked: str) -> list[Complex]:
     """The poles that an earlier `monte_carlo` kept, if it was asked the same."""
-    stored = read_npz(path, ("asked", "poles"))
+    stored = read_arrays(path, ("asked", "poles"))[0]
     if "poles" not in stored or str(stored.get("asked")) != asked:
         raise ValueError(f"{path} is not of this fit, rotor, speed and seed: name another file, or remove it.")
     return list(stored["poles"])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_exports import DEGREES, assembled, read_ansys, read_bulk
+from solver_files import DEGREES, assembled, read_ansys, read_bulk
 
 import rbfound as rb
 from rbfound.files import dmig, matrix27

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_modal_fit import BAND, F_N, LINES, assert_passive, known, noisy, under_the_rotor
+from samples import BAND, F_N, LINES, assert_passive, known, noisy, under_the_rotor
 
 import rbfound as rb
 from rbfound.identification.error_propagation import _slopes

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_modal_fit import BAND, LINES, known, noisy
+from samples import BAND, LINES, known, noisy
 
 import rbfound as rb
 from rbfound.identification.added_modes import candidates, missing_mode, within

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from samples import BAND, LINES, noisy
 from scipy import optimize
-from test_modal_fit import BAND, LINES, noisy
 
 import rbfound as rb
 from rbfound.identification.added_modes import (
