@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from rbfound.identification.least_squares import Array, Complex, Problem, size_of
+from rbfound.identification.least_squares import Array, Complex, Problem, State, receptances, size_of
 from rbfound.measurement import beside_neighbours
 
 # Nodes of a stretch, and its greatest length: a part of its distance from the next pole, and of its own frequency.
@@ -117,3 +117,16 @@ def _noise(problem: Problem) -> float:
     square = problem.weight[:, 2:-2] ** 2 * beside_neighbours(problem.omega, problem.H.T).T
     # the median of the square of a complex normal error is ln 2 of its mean
     return float(np.sqrt(np.median(square) / np.log(2)))
+
+
+def reweighted(problem: Problem, state: State) -> Problem:
+    """|H| of the model in place of the data's: an entry that came out small by chance weighs no more for it."""
+    data = size_of(problem.H, problem.rows, problem.columns)
+    weight = problem.weight * data / size_of(receptances(problem, state), problem.rows, problem.columns)
+    nodes = reweighted(problem.nodes, state) if problem.nodes else None
+    return replace(problem, weight=weight, nodes=nodes)
+
+
+def scale_of_data(problem: Problem) -> float:
+    """The size of the weighted data, without those lines where it is great or small."""
+    return float(np.median(problem.weight * size_of(problem.H, problem.rows, problem.columns)))

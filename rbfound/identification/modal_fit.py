@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF, SEATS
 from rbfound.identification.added_modes import inside
-from rbfound.identification.decimation import compressed
+from rbfound.identification.decimation import compressed, reweighted, scale_of_data
 from rbfound.identification.least_squares import (
     SURE,
     Complex,
@@ -34,9 +34,8 @@ from rbfound.identification.model_order import (
     coupled,
     covariance_of,
     doubtful,
+    likelier,
     pruned,
-    reweighted,
-    scale_of_data,
     started,
     uncrowded,
     variance_of,
@@ -47,8 +46,8 @@ from rbfound.units import hertz, radians
 
 Array = NDArray[np.float64]
 
-# The most modes that are added to those the poles give and one a seat.
-MOST = 16
+# The most modes that are added to those the poles give and one a seat; with a full damping matrix, steps of that.
+MOST, MOST_COUPLED = 16, 24
 
 
 # A fit that misses the data by this many times their size is none.
@@ -198,15 +197,22 @@ def fit_modes(
     edges = problem.edges
     zeta = float(np.clip(np.median(-poles.real / np.abs(poles)), 2e-3, 0.05)) if len(poles) else 0.02
     problem = compressed(problem, poles, relative, FINEST * scale_of_data(problem))
-    state = completed(
-        problem, started(problem, poles, zeta, MOST), zeta, MOST, lambda: coupled(problem, poles, zeta, MOST)
-    )
+    found: list[State] = []
+
+    def other() -> State | None:
+        full, good = coupled(problem, poles, zeta, MOST_COUPLED)
+        found.extend([full] if full is not None else [])
+        return full if good else None
+
+    state = completed(problem, started(problem, poles, zeta, MOST), zeta, MOST, other)
     _check_any(len(state.omega), band)
     if state.V is None:
         state = uncrowded(problem, state)
     suspects = inside(state, edges) & doubtful(problem, state, *_deviation(problem, state))
     state = pruned(problem, state, np.flatnonzero(suspects))
     _check_any(len(state.omega), band)
+    if found and not likelier(problem, state, found[0]):
+        state = found[0]
     if modes is not None:
         state = counted(problem, state, zeta, modes)
     if relative:

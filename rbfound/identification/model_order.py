@@ -18,6 +18,7 @@ from rbfound.identification.added_modes import (
     within,
     without_weakest,
 )
+from rbfound.identification.decimation import scale_of_data
 from rbfound.identification.least_squares import (
     CAREFUL,
     HEAVY,
@@ -32,10 +33,8 @@ from rbfound.identification.least_squares import (
     curvature,
     noise_of,
     parameters,
-    receptances,
     refine,
     scale_of,
-    size_of,
 )
 from rbfound.identification.lsfd import first_modes
 from rbfound.identification.plscf import groups_of
@@ -104,7 +103,7 @@ BARELY, TURN = 1e-3, 1e-3
 
 # Damping is coupled if that lowers the cost by so many times what Schwarz's criterion asks for; it is looked for where
 # real modes at the poles leave more than FAR times what noise does.
-SURELY, FAR = 3.0, 2.0
+SURELY, FAR = 5.0, 2.0
 
 
 # A rough fit that leaves less than this many times what noise does lacks nothing that a good one would not show sooner.
@@ -133,34 +132,28 @@ def variance_of(problem: Problem, state: State) -> float:
     return max(noise_of(problem, state), FINEST * scale_of_data(problem)) ** 2
 
 
-def scale_of_data(problem: Problem) -> float:
-    """The size of the weighted data, without those lines where it is great or small."""
-    return float(np.median(problem.weight * size_of(problem.H, problem.rows, problem.columns)))
-
-
 def started(problem: Problem, poles: Complex, zeta: float, most: int) -> State:
     """Modes at the poles, and at those that are plainly missing among them; one pseudo-mode a seat above the band.
 
-    A mode that comes before the others are refined spares the way on which they do its work.
-
-    Parameters
-    ----------
-    zeta : damping ratio that a missing mode starts with
-    most : modes to add
+    A mode that comes before the others are refined spares the way on which they do its work. `zeta` is the
+    damping ratio that it starts with, and `most` so many of them are added.
     """
     thin = problem.thinned()
     tried = within(candidates(*problem.edges, zeta), problem.edges)
     data = float(np.sum(np.abs(thin.weight * thin.H) ** 2))
+    state = first_modes(thin, poles)
+    left = cost(thin, state)
     for _ in range(most):
-        state = first_modes(thin, poles)
-        left = cost(thin, state)
-        if left < UNEXPLAINED * data:
-            return state
-        gain = missing_mode(thin, state, tried, zeta, PLAIN * left)[1]
+        gain = missing_mode(thin, state, tried, zeta, PLAIN * left)[1] if left >= UNEXPLAINED * data else np.zeros(1)
         if gain.max() < PLAIN * left:
-            return state
+            break
         poles = np.append(poles, tried[gain.argmax()] * (-zeta + 1j * np.sqrt(1 - zeta**2)))
-    return first_modes(thin, poles)
+        more = first_modes(thin, poles)
+        # a pole that is there already makes the problem singular
+        if cost(thin, more) >= left:
+            break
+        state, left = more, cost(thin, more)
+    return state
 
 
 def freed(problem: Problem, state: State) -> State:
@@ -173,43 +166,55 @@ def freed(problem: Problem, state: State) -> State:
     return replace(state, V=V)
 
 
-def coupled(problem: Problem, poles: Complex, zeta: float, most: int) -> State | None:
+def coupled(problem: Problem, poles: Complex, zeta: float, most: int) -> tuple[State | None, bool]:
     """Modes with a full damping matrix, from the poles: refined and added by turns until noise could do as much.
 
-    None where modal damping does as well, or where these leave more than noise, too. `zeta` and `most` are those of
+    None where modal damping does as well; and whether no more than noise is left. `zeta` and `most` are those of
     `completed`.
     """
     thin = problem.thinned()
     if not len(poles):
-        return None
+        return None, False
     starts = [freed(problem, first_modes(thin, poles, below=below)) for below in (False, True)]
     variance = variance_of(problem, starts[0])
     tries = [refine(thin, start, small=variance, rough=TURN, iterations=25) for start in starts]
     state, left = min(tries, key=lambda end: end[1])
+    ends = [(state, left)]
     tried = candidates(*problem.edges, zeta)
     for _ in range(most):
         variance = variance_of(problem, state)
-        if left < variance * thin.H.size:
-            break
         # every mode comes with its row of the damping matrix: noise does as much as half of its variance a parameter
-        least = variance * (WORTH + inside(state, problem.edges).sum() / 2)
-        new, gain = missing_mode(thin, state, tried, zeta, least)
-        best = int(gain.argmax())
-        if gain[best] < least:
-            break
-        trial = freed(problem, state.joined(new.only(np.array([best]))))
-        trial, then = refine(thin, trial, small=variance, rough=TURN, iterations=60)
+        worth = np.where(tried > problem.edges[1], WORTH_ABOVE, WORTH) + inside(state, problem.edges).sum() / 2
+        new, gain = missing_mode(thin, state, tried, zeta, variance * worth)
+        best = int(np.where(gain > variance * worth, gain, 0.0).argmax())
+        least = variance * worth[best]
+        trial, then = state, left
+        if gain[best] > least:
+            trial = freed(problem, state.joined(new.only(np.array([best]))))
+            trial, then = refine(thin, trial, small=variance, rough=TURN, iterations=60)
         if left - then < least:
-            break
+            # at the end of their range pseudo-modes stand in the way of better ones
+            keep = inside(state, problem.edges) | (state.zeta < 0.98 * HEAVY)
+            if keep.all():
+                break
+            trial, then = refine(thin, freed(problem, state.only(keep)), small=variance, rough=TURN, iterations=60)
         state, left = trial, then
+        ends.append((state, left))
+    state, left = min(ends, key=lambda end: end[1])
     variance = variance_of(problem, state)
-    if left > GOOD**2 * variance * thin.H.size:
-        return None
-    modal, then = refine(thin, replace(state, V=None), small=variance, iterations=30)
-    more = parameters(state) - parameters(modal)
-    if (then - left) / variance < np.log(thin.H.size) * more * SURELY:
-        return None
-    return refine(thin, state, small=ENOUGH * variance, damping=SURE)[0]
+    modal, _ = refine(thin, replace(state, V=None), small=variance, iterations=30)
+    if likelier(problem, modal, state):
+        return None, False
+    state, left = refine(thin, state, small=ENOUGH * variance, damping=SURE)
+    return state, left < GOOD**2 * variance * thin.H.size
+
+
+def likelier(problem: Problem, modal: State, state: State) -> bool:
+    """Whether modal damping explains the data as well, by a margin (Schwarz 1978, DOI 10.1214/aos/1176344136)."""
+    thin = problem.thinned()
+    more = max(parameters(state) - parameters(modal), 0)
+    worse = (cost(thin, modal) - cost(thin, state)) / variance_of(problem, state)
+    return bool(worse < SURELY * np.log(problem.H.size) / 2 * more)
 
 
 def completed(problem: Problem, state: State, zeta: float, most: int, other: Callable[[], State | None]) -> State:
@@ -390,11 +395,3 @@ def counted(problem: Problem, state: State, zeta: float, modes: int) -> State:
             "band."
         )
     return state
-
-
-def reweighted(problem: Problem, state: State) -> Problem:
-    """|H| of the model in place of the data's: an entry that came out small by chance weighs no more for it."""
-    data = size_of(problem.H, problem.rows, problem.columns)
-    weight = problem.weight * data / size_of(receptances(problem, state), problem.rows, problem.columns)
-    nodes = reweighted(problem.nodes, state) if problem.nodes else None
-    return replace(problem, weight=weight, nodes=nodes)

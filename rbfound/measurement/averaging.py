@@ -146,7 +146,7 @@ def spectra(blocks: Blocks, *, hann: bool = False, force_window: float | None = 
         How much of a block's force is kept, for a hammer: behind its pulse there is only noise.
     decay : [1/s]
         Of an exponential window on both channels. With it H(i omega + decay) is measured, exactly: every pole moves
-        by -decay. `rbfound.identification.modal_fit.without_window` takes that from a fit.
+        by -decay. `rbfound.identification.without_window` takes that from a fit.
 
     Raises
     ------

@@ -74,3 +74,18 @@ def test_of_a_held_mode_the_shape_alone_moves():
     assert np.abs(state.Phi[:, held] / start.Phi[:, held] - 1).max() > 1e-3
     # the others find their places, as shapes make up for what the held ones are wrong by
     np.testing.assert_allclose(state.omega[~held], true.omega[~held], rtol=1e-5)
+
+
+def test_a_pole_is_not_given_twice_and_no_start_is_worse_than_the_one_before():
+    # a block on soil: six heavily damped modes below 28 Hz, of which most have no stable pole
+    rng = np.random.default_rng(8)
+    f = np.r_[rng.uniform(12, 28, 6), np.linspace(150, 950, 8) + rng.uniform(-40, 40, 8), rng.uniform(1050, 2000, 6)]
+    zeta = np.r_[rng.uniform(0.15, 0.3, 6), rng.uniform(0.01, 0.03, 14)]
+    Phi = np.hstack([0.03 * rng.standard_normal((4, 6)), 0.06 * rng.standard_normal((4, 14))])
+    truth = rb.modal_foundation(Phi, rb.radians(f), zeta)
+    data, _ = lines_in(noisy(truth.frf(np.arange(2.0, 1001.0, 2.0)), 0.05, 8), (6.0, 1000.0))
+    whole = problem_of(rb.radians(data.frequency), data.H)
+    poles = truth.modes().above(150).below(1000).poles
+    first, state = first_modes(whole, poles), started(whole, poles, 0.02, 16)
+    assert cost(whole, state) <= cost(whole, first)
+    assert (np.diff(np.sort(within(state.omega, whole.edges))) > 0).all()
