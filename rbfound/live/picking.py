@@ -192,7 +192,7 @@ def _identified(bench: Bench) -> Picked:
 
 
 def _nearest(found: Array, wanted: Array) -> Array:
-    """Those frequencies that belong to modes of the band: residual ones, which stand for what lies outside, are left."""
+    """Those frequencies that belong to modes of the band, without residual modes, which stand for what lies outside."""
     rows, _ = linear_sum_assignment(np.abs(np.subtract.outer(found, wanted)))
     return found[rows]
 
