@@ -14,7 +14,7 @@ from rbfound.identification import compliance, equivalent_matrices, pseudo_modes
 from rbfound.live.bench import Bench
 from rbfound.measurement import Peaks, mode_indicator, prominence
 from rbfound.theory import local_maxima
-from rbfound.units import hertz, radians
+from rbfound.units import radians
 
 Array = NDArray[np.float64]
 
@@ -70,6 +70,9 @@ class Picked:
 
     def receptance(self, frequency: ArrayLike) -> NDArray[np.complex128]:
         """FRFs of the foundation as the sum of its modes, (f, seats, seats) [m/N]: sooner had than by solving."""
+        if self.method == "identify":
+            # its damping may couple modes
+            return self.foundation.frf(frequency).H
         terms = compliance(np.asarray(radians(frequency), dtype=float), self.omega, self.zeta)
         products = self.shapes[:, None, :] * self.shapes[None, :, :]
         return np.asarray(np.moveaxis(products @ terms, -1, 0))
@@ -172,6 +175,7 @@ def first_picks(bench: Bench, method: str) -> list[Pick]:
 def _identified(bench: Bench) -> Picked:
     fit = bench.fit
     own, foundation = fit.inside, fit.foundation()
+    alone, under = bench.frequencies(foundation)
     return Picked(
         "identify",
         Peaks(fit.frequency[own], fit.zeta[own]),
@@ -182,10 +186,15 @@ def _identified(bench: Bench) -> Picked:
         fit.omega,
         fit.zeta,
         fit.Phi,
-        # residual modes stand for what lies outside the band: none of them is a natural frequency
-        np.sort((hertz(fit.omega) * np.sqrt(np.maximum(1 - fit.zeta**2, 0)))[own]),
-        bench.frequencies(foundation)[1],
+        _nearest(alone, fit.frequency[own]),
+        under,
     )
+
+
+def _nearest(found: Array, wanted: Array) -> Array:
+    """Those frequencies that belong to modes of the band, without residual modes, which stand for what lies outside."""
+    rows, _ = linear_sum_assignment(np.abs(np.subtract.outer(found, wanted)))
+    return found[rows]
 
 
 def _damping(bench: Bench, seat: int, pick: Pick) -> float:

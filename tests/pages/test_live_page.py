@@ -282,7 +282,7 @@ def test_files_of_the_reader_are_read_and_identified_in_the_page(stage: Stage) -
     stage.page.wait_for_selector(".rbfound-live-own[data-refused]")
     assert "measured.csv" in own.locator(".rbfound-live-status").inner_text()
     own.get_by_label("Choose files").set_input_files(sorted((DATA / "medium").glob("*.txt")))
-    stage.page.wait_for_selector(".rbfound-live-own[data-opened]")
+    stage.page.wait_for_selector(".rbfound-live-own[data-opened]", timeout=PATIENCE)
     expected = live.opened("peak_picker", DATA / "medium").values["result"]
     found = stage.held("peak_picker", "result")
     # the fit stops where it no longer improves, which is elsewhere with another BLAS
@@ -319,7 +319,7 @@ def test_one_file_is_identified_in_the_page_and_the_foundation_that_is_taken_awa
     )
     own = stage.thing("peak_picker").locator(".rbfound-live-own")
     own.evaluate(DROP, [path.name, b64encode(path.read_bytes()).decode()])
-    stage.page.wait_for_selector(".rbfound-live-own[data-opened], .rbfound-live-own[data-refused]")
+    stage.page.wait_for_selector(".rbfound-live-own[data-opened], .rbfound-live-own[data-refused]", timeout=PATIENCE)
     assert own.get_attribute("data-refused") is None
     expected = live.opened("peak_picker", tmp_path / "own")
     found = stage.held("peak_picker", "result")

@@ -105,10 +105,15 @@ class Lab:
             "window.moved = []; document.addEventListener('rbfound-moved', e => window.moved.push(e.detail.latency));"
         )
         page.goto(url)
-        # what is run before the kernel is there may be lost
+        # what is run before the kernel is there may be lost: then again
         page.locator(idle).first.wait_for(timeout=60_000)
-        self.run(0)
-        page.wait_for_selector(".rbfound-picker .rbp-handle", timeout=60_000)
+        for second in range(60):
+            if second % 15 == 0:
+                self.run(0)
+            if page.locator(".rbp-handle").count():
+                break
+            page.wait_for_timeout(1000)
+        page.wait_for_selector(".rbfound-picker .rbp-handle")
         self.handles = page.locator(".rbp-handle")
         self.settle()
 
