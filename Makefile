@@ -43,15 +43,16 @@ book: $(VENV)/book.stamp html ## install, run and build the book, and say where 
 test: $(VENV)/dev.stamp ## install, and run all checks: lint, unit, wheel, html, nbval, pages (SLOW=1: the long tests, too)
 	MAKE="$(MAKE)" $(BIN)/python tools/everything.py $(if $(SLOW),--slow)
 
-lab: $(VENV)/book.stamp ## open the notebooks in JupyterLab
-	$(BIN)/jupyter lab notebooks
+lab: $(VENV)/book.stamp ## open the notebooks in JupyterLab (LAB=options, such as --no-browser)
+	@if [ "$$(id -u)" = 0 ] && [ -z "$(findstring --allow-root,$(LAB))" ]; then \
+	  echo "JupyterLab does not start for root, whose files any notebook could change. In a container: make lab LAB=--allow-root"; exit 1; fi
+	$(BIN)/jupyter lab notebooks $(LAB)
 
 notebooks: $(VENV)/book.stamp ## run the notebooks again and refresh their committed outputs
 	$(BIN)/python tools/refresh_notebooks.py $(NOTEBOOKS)
 
 picture: $(VENV)/book.stamp ## draw the README's picture again
-	$(BIN)/python tools/overview.py book/static/overview.png
-	$(BIN)/python tools/social.py book/static/overview.png book/static/social.png
+	$(BIN)/python tools/overview.py book/static/overview.png book/static/social.png
 
 data: $(VENV)/book.stamp ## compute the foundation's FRFs in data/ again from its solid model
 	$(BIN)/python data/make_foundation.py
@@ -65,7 +66,7 @@ bench: benchmarks/.venv/bench.stamp benchmarks/.venv-ross/bench.stamp ## compare
 	benchmarks/.venv-ross/bin/python benchmarks/rotor.py
 	benchmarks/.venv/bin/python benchmarks/startup.py
 	benchmarks/.venv/bin/python benchmarks/sweep.py
-	benchmarks/.venv/bin/python benchmarks/solid.py
+	PYTHONPATH=tools benchmarks/.venv/bin/python benchmarks/solid.py
 
 # A commit is timed by today's benchmarks, so that like stands beside like. `git worktree` keeps it in _build/at.
 speed: benchmarks/.venv/bench.stamp ## time what is used most beside all runs before (AT=commit: how it was then)

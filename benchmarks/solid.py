@@ -23,6 +23,7 @@ from typing import Any
 os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", MKL_NUM_THREADS="1")
 
 import numpy as np
+from calculix import read_frequencies, write_deck
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
@@ -38,8 +39,6 @@ from rbfound.solid import (
     mirror_halves,
     modes as solids,
     natural_modes,
-    read_frequencies,
-    write_deck,
 )
 
 Array = NDArray[np.float64]
@@ -60,7 +59,7 @@ LARGEST = "## A body of a million coordinates"
 PAGE = Path(__file__).parent / "solid.md"
 
 
-def pardiso(A: sparse.csc_array) -> solids.Solve:
+def pardiso(A: sparse.csc_array) -> Callable[[Array], Array]:
     """PARDISO's Cholesky factor of a definite matrix, for `natural_modes(..., factor=pardiso)`."""
     # pypardiso would look through the whole environment for MKL, and once more for each further solver
     for file in files("mkl") or []:
@@ -102,13 +101,12 @@ def ours(make: Callable[[], Solid], factor: solids.Factor | None, count: int = C
 def sizes(grid: str) -> dict[str, float]:
     """A number and an index each entry [MB]: SuperLU's factor, both triangles, and the matrices that are there with it.
 
-    These are K, M, and the copy of K in the factor's order.
+    These are K, M, and the copy of K that is factored.
     """
     solid = body(grid)
-    order = solids._order(solid)
-    A = solid.K[solid.free][:, solid.free][order][:, order].tocsc()
+    A = solid.K[solid.free][:, solid.free].tocsc()
     options = {"SymmetricMode": True}
-    factor = splu(A, permc_spec="NATURAL", diag_pivot_thresh=0.0, relax=1, options=options)
+    factor = splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
     entries = {"factor": factor.nnz, "matrices": solid.K.nnz + solid.M.nnz + A.nnz}
     return {name: nnz * 12 / 2**20 for name, nnz in entries.items()}
 
@@ -207,7 +205,7 @@ Written by `make bench` (`benchmarks/solid.py`): do not edit by hand.
 The foundation with clamped pads, 20-node bricks, the first {COUNT} modes on the same mesh, from the blocks (rbfound)
 or the deck (CalculiX) to the modes. CPU time, one thread, the median of {REPEATS} runs by turns.
 Memory: the peak beyond what the imports take, for CalculiX the whole; and its ratio to SuperLU's factor, both triangles
-with an index each entry. Beside the factor there are the matrices K and M, and K once more in the factor's order. They
+with an index each entry. Beside the factor there are the matrices K and M, and K once more as it is factored. They
 grow with the coordinates, the factor grows faster: on a small mesh they weigh most. The last column is relative to
 rbfound with SuperLU: K alike, M by 3 x 3 x 3 points here and 2 x 2 x 2 there. Python {platform.python_version()},
 {packages}, CalculiX {told[0] if told else "?"}.

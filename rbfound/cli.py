@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from rbfound.campbell_diagram import campbell
-from rbfound.files import load_frf, load_machine, save_foundation, text_replaced
+from rbfound.files import explained, load_frf, load_machine, save_foundation, text_replaced
 from rbfound.foundation import Foundation
 from rbfound.frf import FRF
 from rbfound.identification import fit_modes
@@ -74,15 +74,27 @@ def _parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     for command in (look, find):
         command.add_argument("files", metavar="FILES", help="see above")
-        command.add_argument("--unit", help="of the responses, where no file says it: m, mm, m/s, m/s2, g, mm/N, ...")
-        command.add_argument("--quantity", help="receptance, mobility or accelerance: a check of the unit")
+        command.add_argument(
+            "--unit", help="of the responses, where no file says it: m, mm, m/s2, g, mm/N, dB re m/N ..."
+        )
+        command.add_argument("--quantity", help="a check of the unit; stiffness, impedance, apparent mass: invert")
         command.add_argument(
             "--force", type=float, default=1.0, metavar="N", help="force of the responses, 1 N unless given"
         )
         command.add_argument("--columns", help="what the columns are, where no heading says it")
         command.add_argument("--pattern", help="names of the files: 'H_{response}_{force}.csv' or 'FRF{number}.txt'")
+        command.add_argument("--seats", metavar="MAP", help="which points of the file are seats: '12+Z = y1, 7-X = x1'")
+        command.add_argument("--conjugate", action="store_true", help="the phases are those of exp(-i omega t)")
+        command.add_argument(
+            "--delay",
+            type=float,
+            default=0.0,
+            metavar="S",
+            help="the motion was recorded so much later than the force",
+        )
         command.add_argument("--fill", action="store_true", help="take a missing H_ij from H_ji")
         command.add_argument("--band", type=float, nargs=2, metavar=("LOW", "HIGH"), help="[Hz]; else all lines")
+    look.add_argument("--explain", action="store_true", help="say first what was understood of each file")
     find.add_argument("-o", "--output", required=True, metavar="FILE", help=".json, .npz or .mat")
     find.add_argument("--report", metavar="PAGE", help="write a page (.html) with figures that a colleague can open")
     find.add_argument("--modes", type=int, help="how many modes the band holds, if you know")
@@ -95,13 +107,17 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+SAID = ("unit", "quantity", "force", "columns", "pattern", "fill", "seats", "conjugate", "delay")
+
+
 def _loaded(options: argparse.Namespace) -> FRF:
-    names = ("unit", "quantity", "force", "columns", "pattern", "fill")
-    frf = load_frf(options.files, **{name: getattr(options, name) for name in names})
+    frf = load_frf(options.files, **{name: getattr(options, name) for name in SAID})
     return frf if options.band is None else frf.between(*options.band)
 
 
 def _check(options: argparse.Namespace) -> int:
+    if options.explain:
+        sys.stdout.write(explained(options.files, **{name: getattr(options, name) for name in SAID}) + "\n\n")
     report = check(_loaded(options))
     sys.stdout.write(f"{report}\n")
     return 1 if report.warnings else 0

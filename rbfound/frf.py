@@ -1,12 +1,16 @@
 """Frequency response functions at the bearing seats: receptance H = x / f."""
 
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rbfound.units import radians
+from rbfound.units import QUANTITIES, Unit, agreed_unit, radians
 
+STATIC = "The line at 0 Hz was left out: a mobility or an accelerance says nothing of the displacement there."
+EMPTY = "The line at 0 Hz was left out: it holds no numbers."
 SEATS = ("x1", "y1", "x2", "y2")
 
 
@@ -57,6 +61,49 @@ class FRF:
         object.__setattr__(self, "labels", labels)
         object.__setattr__(self, "notes", tuple(self.notes))
 
+    @classmethod
+    def from_arrays(
+        cls,
+        frequency: ArrayLike,
+        H: ArrayLike,
+        labels: Sequence[str] = SEATS,
+        *,
+        unit: str,
+        quantity: str | None = None,
+        force: float = 1.0,
+        conjugate: bool = False,
+        delay: float = 0.0,
+        notes: Sequence[str] = (),
+    ) -> "FRF":
+        """Receptances out of arrays of any quantity, as other programs hold them.
+
+        `frequency` is (n,) [Hz], `H` (n, outputs, inputs). Of pyFBS this is `from_arrays(freq, Y, ...)`; where the
+        lines come last (ROSS: `freq_resp`, SDynPy: `ordinate`), give `np.moveaxis(H, -1, 0)`, in ROSS only the rows
+        and columns of X and Y at the bearings.
+
+        Parameters
+        ----------
+        unit, quantity, force, conjugate, delay : as of `rbfound.load_frf`
+
+        Raises
+        ------
+        ValueError
+            For a unit that is not known, a quantity that contradicts it, and what `FRF` itself refuses.
+        """
+        f, values = np.asarray(frequency, dtype=float), np.asarray(H, dtype=complex)
+        said = agreed_unit("The array", unit, None, quantity)
+        if said.decibels:
+            raise ValueError("Decibels have lost their phase: give complex numbers.")
+        start, lost = left_out(f, values, said)
+        f, values = f[start:], converted(f[start:], values[start:], said, force, conjugate, delay)
+        if QUANTITIES[said.quantity][1]:
+            checked = cls(f, values, tuple(labels))
+            try:
+                values = np.asarray(np.linalg.inv(checked.H))
+            except np.linalg.LinAlgError:
+                raise ValueError(f"On one line the {said.quantity} is singular: it has no inverse.") from None
+        return cls(f, values, tuple(labels), (*notes, *lost))
+
     def between(self, low: float, high: float) -> "FRF":
         """The lines from `low` to `high` [Hz], both included."""
         inside = (self.frequency >= low) & (self.frequency <= high)
@@ -66,6 +113,20 @@ class FRF:
                 f"the FRFs reach from {self.frequency[0]:g} to {self.frequency[-1]:g} Hz."
             )
         return FRF(self.frequency[inside], self.H[inside], self.labels, self.notes)
+
+    def with_noise(self, level: float, seed: int | np.random.Generator = 0) -> "FRF":
+        """The same as if measured with noise: each receptance times 1 + level e, with E |e|^2 = 1 and e complex normal.
+
+        Parameters
+        ----------
+        level : float
+            Standard deviation relative to each |H|: 0.01 is 1 % of noise.
+        seed : int or Generator
+            The same number draws the same noise, and the same at any level.
+        """
+        rng = np.random.default_rng(seed)
+        e = rng.standard_normal(self.H.shape) + 1j * rng.standard_normal(self.H.shape)
+        return FRF(self.frequency, self.H * (1 + level * e / np.sqrt(2)), self.labels, self.notes)
 
     def reciprocity(self) -> float:
         """Worst |H - Hᵀ| over all lines, relative to the largest receptance of that line; 0 for a perfect set."""
@@ -93,7 +154,8 @@ class FRF:
         "direct" is one seat, "cross-coupling" X to Y at one bearing, "cross-talk" from one bearing to the other. Labels
         are a direction and the number of a bearing.
         """
-        same = np.equal.outer([label[1:] for label in self.labels], [label[1:] for label in self.labels])
+        bearings = [re.sub(r"\D", "", label) or label[1:] for label in self.labels]
+        same = np.equal.outer(bearings, bearings)
         words = np.where(same, "cross-coupling", "cross-talk")
         words[np.diag_indices(len(self.labels))] = "direct"
         return words
@@ -109,14 +171,51 @@ class FRF:
         return np.asarray(radians(self.frequency))[:, None, None]
 
 
-def relative_error(H: ArrayLike, truth: ArrayLike) -> NDArray[np.float64]:
-    """|H - truth| / |truth| line by line, (n,): of single receptances (n,), or of matrices in Frobenius' norm."""
-    H, truth = np.asarray(H), np.asarray(truth)
-    if H.shape != truth.shape:
-        raise ValueError(f"H has shape {H.shape} and truth {truth.shape}: they must be alike.")
-    lines = len(truth)
-    size = np.linalg.norm(truth.reshape(lines, -1), axis=1)
-    return np.asarray(np.linalg.norm((H - truth).reshape(lines, -1), axis=1) / size)
+def relative_error(H: ArrayLike, reference: ArrayLike) -> NDArray[np.float64]:
+    """|H - reference| / |reference| line by line, (n,): receptances (n,), or matrices in Frobenius' norm."""
+    H, reference = np.asarray(H), np.asarray(reference)
+    if H.shape != reference.shape:
+        raise ValueError(f"H has shape {H.shape} and reference {reference.shape}: they must be alike.")
+    lines = len(reference)
+    size = np.linalg.norm(reference.reshape(lines, -1), axis=1)
+    return np.asarray(np.linalg.norm((H - reference).reshape(lines, -1), axis=1) / size)
+
+
+def left_out(frequency: NDArray[np.float64], values: NDArray[np.complex128], unit: Unit) -> tuple[int, tuple[str, ...]]:
+    """Whether the first line is at 0 Hz and says nothing (0 or 1), and a note of that."""
+    if not len(frequency) or frequency[0] != 0:
+        return 0, ()
+    if QUANTITIES[unit.quantity][0]:
+        return 1, (STATIC,)
+    return (0, ()) if np.isfinite(values[:1]).all() else (1, (EMPTY,))
+
+
+def converted(
+    frequency: NDArray[np.float64],
+    values: NDArray[np.complex128],
+    unit: Unit,
+    force: float = 1.0,
+    conjugate: bool = False,
+    delay: float = 0.0,
+) -> NDArray[np.complex128]:
+    """Values (n, ...) in a unit as receptances [m/N], or as stiffnesses [N/m] where they are forces over motions.
+
+    `conjugate` is for time factors exp(-i omega t); `delay` [s] is how much later than the force the motion was
+    recorded.
+    """
+    order, over = QUANTITIES[unit.quantity]
+    if not np.isfinite(force) or force == 0:
+        raise ValueError(f"force is {force} N: it must be finite and not zero.")
+    if (unit.whole or over) and force != 1:
+        raise ValueError(f"The unit is for a unit force already, and force= says {force:g} N: leave one out.")
+    if not np.isfinite(delay):
+        raise ValueError(f"delay is {delay} s: it must be finite.")
+    values = (values.conj() if conjugate else values) * (unit.size / force)
+    s = 1j * np.asarray(radians(frequency)).reshape(-1, *[1] * (values.ndim - 1))
+    sign = -1 if over else 1
+    if order:
+        values = values / s ** (sign * order)
+    return np.asarray(values * np.exp(sign * delay * s) if delay else values)
 
 
 def check_ascending(frequency: NDArray[np.float64]) -> None:

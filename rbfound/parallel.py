@@ -1,17 +1,27 @@
-"""A task done over and over: in this process or through any executor, with a bar that shows how far it is."""
+"""How work runs: over and over, here or through any executor, with a bar; and on one BLAS thread.
+
+The bar is tqdm's (extra `rbfound[progress]`). More than one thread costs work on many small matrices many times its
+time and gains nothing, and threads change the order of sums: the last digits.
+"""
 
 import sys
-import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Executor
-from typing import TextIO, TypeVar
+from functools import cache, wraps
+from importlib.util import find_spec
+from threading import Lock
+from typing import Any, ParamSpec, TypeVar
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+P = ParamSpec("P")
 
-# Seconds before a bar appears, and between two drawings of it.
-PATIENCE, PAUSE = 2.0, 0.2
-WIDTH = 30
+_lock = Lock()
+_running = 0
+_limit: Any = None
+
+# Seconds before a bar appears that nobody asked for.
+PATIENCE = 2.0
 
 
 def run(
@@ -37,7 +47,8 @@ def run(
         Whatever has its `map`: a ProcessPoolExecutor, `dask.distributed.Client(...).get_executor()`, an
         MPIPoolExecutor. Unless given, the items are worked off here, one after the other.
     progress : bool, optional
-        Whether a bar is written to stderr. Unless given: on a terminal, once the work has taken two seconds.
+        Whether a bar is written to stderr, which needs tqdm. Unless given: on a terminal, once the work has taken two
+        seconds, and never where tqdm is not installed.
     title : what the bar says in front
     begun : results of the first items, from a run that was interrupted; these are not worked off again
     keep : function of the results so far, called after each one
@@ -45,46 +56,66 @@ def run(
     results = list(begun[: len(items)])
     rest = items[len(results) :]
     done: Iterator[Result] = map(task, rest) if executor is None else iter(executor.map(task, rest))
-    with _Bar(len(items), title, progress, sys.stderr) as bar:
-        try:
-            for result in done:
-                results.append(result)
-                if keep is not None:
-                    keep(results)
-                bar.show(len(results))
-        finally:
-            # an executor's iterator cancels, when it is closed, what has not begun
-            if isinstance(done, Generator):
-                done.close()
+    try:
+        for result in _with_bar(done, len(results), len(items), title, progress):
+            results.append(result)
+            if keep is not None:
+                keep(results)
+    finally:
+        # an executor's iterator cancels, when it is closed, what has not begun
+        if isinstance(done, Generator):
+            done.close()
     return results
 
 
-class _Bar:
-    """[=====     ] 50 of 100, 12 s left."""
+def _with_bar(done: Iterator[Result], first: int, total: int, title: str, wanted: bool | None) -> Iterable[Result]:
+    there = find_spec("tqdm") is not None
+    if wanted and not there:
+        raise ValueError("A progress bar needs tqdm: pip install 'rbfound[progress]', or progress=False.")
+    if wanted is False or not there:
+        return done
+    from tqdm import tqdm
 
-    def __init__(self, total: int, title: str, wanted: bool | None, out: TextIO) -> None:
-        self.total, self.title, self.out = total, title + " " * bool(title), out
-        self.wanted = out.isatty() if wanted is None else wanted
-        self.patience = PATIENCE if wanted is None else 0.0
-        self.begun = self.drawn = time.monotonic()
-        self.visible = False
+    # disable=None: shown on a terminal only
+    when = {"disable": None, "delay": PATIENCE} if wanted is None else {}
+    bar: Iterable[Result] = tqdm(done, title or None, total, initial=first, **when)
+    return bar
 
-    def __enter__(self) -> "_Bar":
-        return self
 
-    def show(self, done: int) -> None:
-        now = time.monotonic()
-        early = now - self.begun < self.patience or (now - self.drawn < PAUSE and done < self.total)
-        if not self.wanted or (early and not (self.visible and done == self.total)):
-            return
-        filled = WIDTH * done // self.total
-        left = (now - self.begun) / done * (self.total - done)
-        text = f"{self.title}[{'=' * filled:{WIDTH}}] {done} of {self.total}, {left:.0f} s left"
-        self.out.write(f"\r{text:<{WIDTH + len(self.title) + 34}}")
-        self.out.flush()
-        self.drawn, self.visible = now, True
+@cache
+def _controller() -> Any:
+    """The BLAS libraries of this process, or None in a browser, whose Python has one thread."""
+    if sys.platform == "emscripten":
+        return None
+    # numpy and scipy bring one BLAS each: both have to be loaded before they are looked for
+    import scipy.linalg
+    import threadpoolctl
 
-    def __exit__(self, *_: object) -> None:
-        if self.visible:
-            self.out.write("\n")
-            self.out.flush()
+    assert scipy.linalg
+    return threadpoolctl.ThreadpoolController().select(user_api="blas")
+
+
+def one_thread(function: Callable[P, Result]) -> Callable[P, Result]:
+    """The function, run with one BLAS thread; the number of threads is as before when it ends.
+
+    The limit holds for the whole process while at least one such function runs.
+    """
+
+    @wraps(function)
+    def alone(*args: P.args, **kwargs: P.kwargs) -> Result:
+        global _running, _limit
+        with _lock:
+            if _running == 0 and (controller := _controller()) is not None:
+                _limit = controller.limit(limits=1)
+            _running += 1
+        try:
+            return function(*args, **kwargs)
+        finally:
+            with _lock:
+                _running -= 1
+                # the last one of several threads of Python that run at once
+                if _running == 0 and _limit is not None:
+                    _limit.restore_original_limits()
+                    _limit = None
+
+    return alone

@@ -1,42 +1,36 @@
 """Studies of very many machines: one rotor over all pairings of bearing stiffness and damping, foundation and speed.
 
-The rotor without its bearings is reduced once, to its modes and to what answers to forces at its journals, so that any
-bearings and foundations can be put under it; a machine is then some twenty coordinates, and a thousand machines are one
-stack of eigenvalue problems. Results go to a folder of Parquet files, one for each such
-stack, so that memory stays as it is and what is finished survives a kill. Needs the extra rbfound[sweep] (pyarrow);
-`import rbfound` does not load this module.
+The rotor without its bearings is reduced once, so that any bearings and foundations can be put under it; a machine is
+then some twenty coordinates, and a thousand machines are one stack of eigenvalue problems. Results go to a folder, a
+file for each such stack, so that memory stays as it is and what is finished survives a kill.
 """
 
-import hashlib
 import json
 import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import asdict, dataclass
 from functools import partial
+from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import pyarrow
 from numpy.typing import NDArray
-from pyarrow import parquet
 from scipy import linalg
 
 from rbfound.files import replaced, text_replaced
 from rbfound.foundation import Foundation
-from rbfound.machine import check_seats, mount
+from rbfound.machine import mount
 from rbfound.parallel import run
-from rbfound.rotor import Bearing, Rotor, assemble
+from rbfound.rotor import Bearing, Rotor
 from rbfound.system import System
-from rbfound.theory import orthonormal
-from rbfound.units import hertz, radians
+from rbfound.theory import ReducedRotor, mount_reduced, reduced_rotor
+from rbfound.units import hertz
 
 Array = NDArray[np.float64]
 
-# The basis of the reduced rotor: its modes up to so many times the limit, so many terms of the series of static
-# answers, and the frequency of these answers, below zero, as a part of the limit.
-REACH, BLOCKS, NEARLY_STATIC = 1.5, 2, 0.1
+# The reduced rotor has its modes up to so many times the limit, and so many terms of the series of static answers.
+REACH, BLOCKS = 1.5, 2
 
 # What the folder holds beside its parts.
 TOLD = "study.json"
@@ -132,7 +126,7 @@ class _Family:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """A stack of machines of one family, numbers start to stop of the study, and the file of their results."""
+    """A stack of machines of one family, numbers start to stop of the study, and the file of their poles."""
 
     path: Path
     family: _Family
@@ -148,17 +142,10 @@ def sweep(
     executor: Executor | None = None,
     progress: bool | None = None,
 ) -> None:
-    """Work a study off into a folder, or the rest of it if the folder holds a part of it.
+    """Work a study off into a folder, or the rest of it if the folder holds a part of it: see `results`.
 
-    The folder then has files part-00000.parquet, part-00001.parquet, ..., which every reader of Parquet takes as one
-    table; `results` is the shortest. A row is a machine; rows run over foundations, stiffness, damping and speeds, the
-    last fastest, and the columns are
-
-    - foundation [number from 0], stiffness, damping [factors], speed [rad/s]
-    - f1, f2, ... [Hz] and zeta1, zeta2, ... [-]: damped natural frequencies, ascending, and damping ratios, negative
-      where the machine is unstable; nan where there are no more below the limit
-
-    A part is written aside and then renamed: it is there as a whole or not at all, also after a kill.
+    The folder then has files part-00000.npy, part-00001.npy, ... Each is written aside and then renamed: it is there as
+    a whole or not at all, also after a kill.
 
     Parameters
     ----------
@@ -177,14 +164,14 @@ def sweep(
     if chunk < 1:
         raise ValueError(f"chunk = {chunk}: a part needs at least one machine.")
     folder = Path(folder)
-    _claim(folder, {**_told(study), "chunk": chunk})
-    reduced, G = _reduced_rotor(study)
+    _claim(folder, {**_told(study), "chunk": str(chunk)})
+    rotor = reduced_rotor(study.rotor, sorted(study.bearings), REACH * study.limit, BLOCKS)
     each = len(study) // len(study.foundations)
     parts: list[_Part] = []
     for number, foundation in enumerate(study.foundations):
-        family = _family(study, reduced, G, foundation)
+        family = _family(rotor, study.bearings, foundation)
         for start in range(number * each, (number + 1) * each, chunk):
-            path = folder / f"part-{len(parts):05d}.parquet"
+            path = folder / f"part-{len(parts):05d}.npy"
             parts.append(_Part(path, family, start, min(start + chunk, (number + 1) * each)))
     missing = [part for part in parts if not part.path.exists()]
     axes = (study.stiffness, study.damping, study.speeds)
@@ -192,34 +179,35 @@ def sweep(
     run(task, missing, executor=executor, progress=progress, title="parts")
 
 
-def results(folder: str | os.PathLike[str], columns: Sequence[str] | None = None) -> dict[str, NDArray[Any]]:
-    """The columns of a study's folder as arrays, (machines,) each; all unless some are named. See `sweep`."""
-    paths = sorted(Path(folder).glob("part-*.parquet"))
+def results(folder: str | os.PathLike[str]) -> NDArray[np.complex128]:
+    """The poles that a folder of `sweep` holds, (machines, count) [rad/s], damped natural frequencies ascending.
+
+    Machines run over foundations, stiffness, damping and speeds, the last fastest: of a finished study
+    `results(folder).reshape(*study.shape, study.count)` has these as axes. The frequency [Hz] is
+    `rbfound.hertz(poles.imag)`, the damping ratio -Re / |pole|; nan where there are no more below the limit.
+    """
+    paths = sorted(Path(folder).glob("part-*.npy"))
     if not paths:
-        raise ValueError(f"{folder} has no part-*.parquet: it is no folder of `sweep`, or nothing is finished yet.")
-    names = list(columns) if columns is not None else None
-    table = pyarrow.concat_tables([parquet.read_table(path, columns=names) for path in paths])
-    return {name: table[name].to_numpy() for name in table.column_names}
+        raise ValueError(f"{folder} has no part-*.npy: it is no folder of `sweep`, or nothing is finished yet.")
+    return np.concatenate([np.load(path, allow_pickle=False) for path in paths])
 
 
-def _told(study: Study) -> dict[str, Any]:
+def _told(study: Study) -> dict[str, str]:
     """What a study is, for its folder: numbers as they are, foundations by a digest of their matrices."""
-    told = {name: value for name, value in vars(study).items() if name not in ("rotor", "bearings", "foundations")}
-    told["rotor"] = asdict(study.rotor)
-    told["bearings"] = {z: asdict(study.bearings[z]) for z in sorted(study.bearings)}
-    told["foundations"] = [
-        "rigid ground" if f is None else hashlib.sha256(b"".join(A.tobytes() for A in (f.M, f.C, f.K, f.B))).hexdigest()
+    told = {name: repr(value) for name, value in vars(study).items()}
+    told["bearings"] = repr(sorted(study.bearings.items()))
+    told["foundations"] = " ".join(
+        "rigid" if f is None else sha256(b"".join(A.tobytes() for A in (f.M, f.C, f.K, f.B))).hexdigest()
         for f in study.foundations
-    ]
-    # as it will be read again
-    return dict(json.loads(json.dumps(told, default=lambda value: np.asarray(value).tolist())))
+    )
+    return told
 
 
-def _claim(folder: Path, told: dict[str, Any]) -> None:
+def _claim(folder: Path, told: dict[str, str]) -> None:
     """Write what the study is into its folder, or raise a ValueError where another one is there."""
     path = folder / TOLD
     if not path.exists():
-        if any(folder.glob("part-*.parquet")):
+        if any(folder.glob("part-*.npy")):
             raise ValueError(f"{folder} holds parts but no {TOLD}: nobody knows of which study. Take an empty folder.")
         text_replaced(path, json.dumps(told, indent=1) + "\n")
         return
@@ -231,48 +219,13 @@ def _claim(folder: Path, told: dict[str, Any]) -> None:
         )
 
 
-def _reduced_rotor(study: Study) -> tuple[Foundation, Array]:
-    """The free rotor in few coordinates, with x and y of its journals as seats, and G in the same coordinates.
-
-    The basis has the modes of the rotor at rest, its static answers to forces at the journals and to moments where
-    disks turn, and the answers to the inertia of these: the first terms of what the omitted modes add.
-    """
-    places = sorted(study.bearings)
-    for z in places:
-        study.rotor.check_position(z, "bearing")
-    mesh = assemble(study.rotor, places)
-    journals = [4 * mesh.node(z) + axis for z in places for axis in (0, 1)]
-    disks = [4 * mesh.node(z) + axis for z, disk in study.rotor.disks.items() if disk.Ip for axis in (2, 3)]
-    limit = float(radians(study.limit))
-    T = linalg.eigh(mesh.K, mesh.M, subset_by_value=(-np.inf, (REACH * limit) ** 2))[1]
-    # a free rotor gives no static answer: at this square of a frequency below zero it does, and hardly another one
-    factor = linalg.cho_factor(mesh.K + (NEARLY_STATIC * limit) ** 2 * mesh.M)
-    forces = np.eye(len(mesh.M))[:, journals + disks]
-    for _ in range(BLOCKS):
-        answer = orthonormal(linalg.cho_solve(factor, forces), mesh.M, T)
-        T, forces = np.hstack([T, answer]), mesh.M @ answer
-    M, K, G = (T.T @ A @ T for A in (mesh.M, mesh.K, mesh.G))
-    return Foundation(
-        M, np.zeros_like(M), (K + K.T) / 2, T[journals], tuple(f"{a}{z:g}" for z in places for a in "xy")
-    ), G
-
-
-def _family(study: Study, rotor: Foundation, G: Array, foundation: Foundation | None) -> _Family:
-    bearings = [study.bearings[z] for z in sorted(study.bearings)]
-    bodies, relative = [rotor], rotor.B
-    if foundation is not None:
-        check_seats(len(bearings), foundation.labels)
-        bodies.append(foundation)
-        relative = np.hstack([rotor.B, -foundation.B])
-    M, C, K = (linalg.block_diag(*(getattr(body, name) for body in bodies)) for name in "MCK")
-    spin = np.zeros_like(M)
-    spin[: len(G), : len(G)] = G
-    tied = (
-        relative.T @ linalg.block_diag(*(getattr(bearing, name) for bearing in bearings)) @ relative for name in "KC"
+def _family(rotor: ReducedRotor, bearings: Mapping[float, Bearing], foundation: Foundation | None) -> _Family:
+    loose, tied = (mount_reduced(rotor, these, foundation).at(1.0) for these in ({}, bearings))
+    inverse = linalg.inv(linalg.cholesky(loose.M, lower=True))
+    K0, C0, G, K1, C1 = (
+        inverse @ A @ inverse.T for A in (loose.K, loose.C, loose.G, tied.K - loose.K, tied.C - loose.C)
     )
-    inverse = linalg.inv(linalg.cholesky(M, lower=True))
-    K0, C0, spin, K1, C1 = (inverse @ A @ inverse.T for A in (K, C, spin, *tied))
-    return _Family(K0, K1, C0, C1, spin)
+    return _Family(K0, K1, C0, C1, G)
 
 
 def _work_off(
@@ -283,16 +236,12 @@ def _work_off(
     part: _Part,
 ) -> None:
     """Solve a part and write its file."""
-    ground, *places = np.unravel_index(np.arange(part.start, part.stop), shape)
-    k, c, speed = (np.asarray(axis)[place] for axis, place in zip(axes, places, strict=True))
-    poles = part.family.poles(k, c, speed)
+    _, *places = np.unravel_index(np.arange(part.start, part.stop), shape)
+    poles = part.family.poles(*(np.asarray(axis)[place] for axis, place in zip(axes, places, strict=True)))
     frequency = hertz(poles.imag)
     inside = (frequency > band[0]) & (hertz(np.abs(poles)) <= band[1])
     order = np.argsort(np.where(inside, frequency, np.inf), axis=1)[:, :count]
     nothing = complex(np.nan, np.nan)
     chosen = np.full((len(poles), count), nothing)
     chosen[:, : order.shape[1]] = np.take_along_axis(np.where(inside, poles, nothing), order, axis=1)
-    columns: dict[str, Any] = {"foundation": ground, "stiffness": k, "damping": c, "speed": speed}
-    for j, pole in enumerate(chosen.T, start=1):
-        columns[f"f{j}"], columns[f"zeta{j}"] = hertz(pole.imag), -pole.real / np.abs(pole)
-    replaced(part.path, partial(parquet.write_table, pyarrow.table(columns)))
+    replaced(part.path, partial(np.save, arr=chosen))

@@ -15,8 +15,6 @@ import warnings
 from pathlib import Path
 
 ONE = "--one"
-# The good files that are damaged come from these tests.
-sys.path += [str(Path(__file__).with_name(folder)) for folder in ("core", "files")]
 if sys.argv[1:2] == [ONE]:
     import atheris
 

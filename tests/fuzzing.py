@@ -16,10 +16,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from samples import FREQUENCY, MACHINE, foundation
 from scipy import io as scipy_io
-from test_cli import MACHINE
-from test_files import foundation
-from test_formats import FRFS
 from written import universal
 
 import rbfound as rb
@@ -40,6 +38,7 @@ def small() -> rb.Foundation:
 def good_files(folder: Path) -> dict[str, list[bytes]]:
     """Good files of each name; `folder` gets the files beside them that an index and a machine name, too."""
     frf = foundation(2, 3).frf(LINES)
+    four = foundation().frf(FREQUENCY[1:])
     body = small()
     rb.save_frf(frf, folder / "set")
     rb.save_foundation(foundation(4, 2), folder / "foundation.json")
@@ -73,8 +72,8 @@ def good_files(folder: Path) -> dict[str, list[bytes]]:
         "H.npy": [member.getvalue()],
         "f.mat": [files["a.mat"], files["b.mat"]],
         "packed.mat": [files["c.mat"][128:]],
-        "u.uff": [universal(folder / "u.uff", FRFS).read_bytes()],
-        "b.uff": [universal(folder / "b.uff", FRFS, binary=1).read_bytes()],
+        "u.uff": [universal(folder / "u.uff", four).read_bytes()],
+        "b.uff": [universal(folder / "b.uff", four, binary=1).read_bytes()],
         "t.csv": [_table(["Frequency [Hz]", *names], rows, mark) for mark in ",;\t"],
         "index.csv": ["\n".join(index).encode()],
         "one.txt": [one, comma.encode(), comma.encode("utf-16"), comma.encode("latin-1")],

@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from calculix import read_frequencies, write_deck
 from numpy.typing import NDArray
 from scipy import sparse
 from skfem import Basis
@@ -29,8 +30,6 @@ from rbfound.solid import (
     foundation_solid,
     join,
     natural_modes,
-    read_frequencies,
-    write_deck,
 )
 
 Array = NDArray[np.float64]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import rbfound as rb
-from rbfound.files import dmig, read_mat
+from rbfound.files import dmig, read_arrays
 
 Array = NDArray[np.float64]
 
@@ -163,7 +163,7 @@ def at_octave(program: str, foundation: rb.Foundation) -> tuple[float, float]:
         files = [str(folder / part) for part in ("foundation.mat", "lines.txt", "out.mat")]
         _run([program, "--no-gui", "--norc", "--quiet", str(folder / "solve.m"), *files])
         read = rb.load_frf(folder / "out.mat")
-        theirs = read_mat(folder / "out.mat", ["poles"])["poles"].ravel()
+        theirs = read_arrays(folder / "out.mat", ["poles"])[0]["poles"].ravel()
     if read.labels != foundation.labels:
         raise ValueError(f"Octave wrote the seats {read.labels}.")
     ours = foundation.frf(LINES).H

@@ -45,21 +45,11 @@ has = [name for name in features if features[name]]
 print(json.dumps([has, [name for name in dispatch if name in has]]))
 """
 # The wheels of numpy and scipy each have an OpenBLAS of their own, and each says which kind it plays.
-IN_USE = """import ctypes, json
-from pathlib import Path
-import numpy, scipy, scipy.linalg
-found = {}
-for package in (numpy, scipy):
-    at = Path(package.__file__).parent
-    for path in (p for where in (at.with_name(at.name + ".libs"), at / ".dylibs") for p in where.glob("*openblas*")):
-        library = ctypes.CDLL(str(path))
-        for name in ("scipy_openblas_get_corename64_", "scipy_openblas_get_corename", "openblas_get_corename"):
-            if hasattr(library, name):
-                core = getattr(library, name)
-                core.restype = ctypes.c_char_p
-                found[package.__name__] = core().decode()
-                break
-print(json.dumps(found))
+IN_USE = """import json
+import numpy, scipy.linalg
+from threadpoolctl import threadpool_info
+blas = [one for one in threadpool_info() if one["internal_api"] == "openblas"]
+print(json.dumps({one["filepath"]: one["architecture"] for one in blas}))
 """
 
 

@@ -1,6 +1,6 @@
-"""The README's picture: the whole path, drawn by the same lines as the book's first page.
+"""The README's picture, drawn by the same lines as the book's first page, and the card that links are shown with.
 
-python tools/overview.py book/static/overview.png
+python tools/overview.py book/static/overview.png book/static/social.png
 """
 
 import sys
@@ -16,8 +16,8 @@ import rbfound as rb
 from rbfound import plots
 
 
-def main(target: str) -> None:
-    """Draw the picture into a file."""
+def overview(target: str) -> None:
+    """The whole path in one picture."""
     frf = rb.load_frf(Path(__file__).parent.parent / "data" / "foundation" / "fine")
     foundation = rb.pmsm(frf, [160, 480, 626, 344])
     rotor, bearings = rb.thesis.rotor(), rb.thesis.bearings()
@@ -27,5 +27,19 @@ def main(target: str) -> None:
     plt.savefig(target, dpi=130, bbox_inches="tight", facecolor="white", metadata={"Software": None})
 
 
+def card(picture: str, target: str) -> None:
+    """The book's title over that picture, 1200 by 630."""
+    figure = plt.figure(figsize=(12, 6.3), dpi=100, facecolor="white")
+    figure.text(0.05, 0.86, "A rotor on its foundation", size=40, weight="bold", color="#14324f")
+    figure.text(
+        0.05, 0.775, "From frequency response functions to matrices to critical speeds", size=21, color="#444444"
+    )
+    axes = figure.add_axes((0.04, 0.03, 0.92, 0.70), anchor="S")
+    axes.imshow(plt.imread(picture), interpolation="lanczos")
+    axes.axis("off")
+    figure.savefig(target, metadata={"Software": None})
+
+
 if __name__ == "__main__":
-    main(sys.argv[1])
+    overview(sys.argv[1])
+    card(*sys.argv[1:])

@@ -2,31 +2,24 @@
 
 jupyter-cache knows a run again by the notebook's code alone, and so would show an old number when only the package has
 changed. Here each state of all the rest has a cache of its own: the package, the data, Python, what is installed beside
-it, the number of threads. What is not in the cache is run before the pages are read, one notebook a core. A notebook
-that fails is not kept: myst-nb runs it again, and reports it.
+it, the number of threads. What is not in the cache jupyter-cache runs before the pages are read, one notebook a core. A
+notebook that fails is not kept: myst-nb runs it again, and reports it.
 """
 
-import asyncio
 import hashlib
+import logging
 import os
 import platform
 import shutil
 import sys
-import time
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import suppress
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import nbformat
 from jupyter_cache import get_cache
-from jupyter_cache.base import CacheBundleIn
-from jupyter_cache.cache.db import NbCacheRecord
-from nbclient import NotebookClient
+from jupyter_cache.executors import load_executor
 from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
-from sphinx.util import logging
 
 import rbfound
 
@@ -34,8 +27,6 @@ PACKAGE = Path(rbfound.__file__).parent
 # Beside the package: what notebooks read, and what they could import because it lies beside them.
 FOLDERS = ("data", "notebooks")
 KINDS = ("*.dist-info", "*.egg-info")
-# Kernels hold meshes and their factors in memory; beyond a few, the longest notebook decides.
-MOST = 4
 
 logger = logging.getLogger(__name__)
 
@@ -71,101 +62,22 @@ def choose(app: Sphinx, config: Any) -> None:
     config.nb_execution_cache_path = str(own)
 
 
-def opened(folder: Path) -> Any:
-    """The cache in a folder; one that was interrupted at its birth is begun anew."""
-    cache = get_cache(str(folder))
-    try:
-        cache.list_cache_records()
-    except RuntimeError:
-        cache.db.dispose()
-        cache.clear_cache()
-    return cache
-
-
-def is_kept(cache: Any, notebook: Any) -> bool:
-    """Whether its run is in the cache; what an interrupt left of one is removed."""
-    record = None
-    with suppress(KeyError, ValueError):  # there is no record, no file behind it, or half a file
-        record = cache.match_cache_notebook(notebook)
-        cache.get_cache_bundle(record.pk)
-        return True
-    _, name = cache.create_hashed_notebook(notebook)
-    shutil.rmtree(cache.path / "executed" / name, ignore_errors=True)
-    if record is not None:
-        NbCacheRecord.remove_record(record.pk, cache.db)
-    return False
-
-
-def client(path: Path, notebook: Any, timeout: int) -> NotebookClient:
-    """What runs a notebook, as myst-nb itself does it."""
-    return NotebookClient(
-        notebook, timeout=timeout, record_timing=False, resources={"metadata": {"path": str(path.parent)}}
-    )
-
-
-def timed(client: NotebookClient) -> float:
-    """Run a notebook; the seconds that it took."""
-    start = time.perf_counter()
-    with asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as loop:  # a thread's own, and closed at the end
-        loop.run(client.async_execute())
-    return time.perf_counter() - start
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def side_by_side(clients: Sequence[NotebookClient], report: Callable[[int, float | None], None]) -> None:
-    """Run notebooks, a core each, and report each one as it ends: its place and its seconds, None if it failed.
-
-    Threads do, as a kernel is a process of its own. After an interrupt the kernels are ended: a thread would wait for
-    the rest of its notebook.
-    """
-    with ThreadPoolExecutor(min(cores(), MOST)) as pool:
-        runs = {pool.submit(timed, client): place for place, client in enumerate(clients)}
-        try:
-            for run in as_completed(runs):
-                report(runs[run], None if run.exception() else run.result())
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
-            while not all(run.done() for run in runs):
-                for client in clients:
-                    end(client)
-                time.sleep(0.1)
-
-
-def end(client: NotebookClient) -> None:
-    """End a notebook's kernel, if it has one."""
-    process = getattr(getattr(client.km, "provisioner", None), "process", None)
-    if process is not None:
-        process.kill()
-
-
 def run_ahead(app: Sphinx, env: Any, names: list[str]) -> None:
-    """Sphinx's hook before pages are read: run the notebooks among them that are not in the cache."""
+    """Sphinx's hook before pages are read: jupyter-cache runs the notebooks that it does not have, one a core."""
     if app.config.nb_execution_mode != "cache":
         return
-    cache = opened(Path(app.config.nb_execution_cache_path))
-    paths = {name: Path(env.doc2path(name)) for name in names}
-    read = {name: nbformat.read(path, as_version=4) for name, path in paths.items() if path.suffix == ".ipynb"}
-    new = [name for name, notebook in read.items() if not is_kept(cache, notebook)]
-    logger.info("notebooks: %d to run, %d as they were run before", len(new), len(read) - len(new))
-    done = 0
-
-    def report(place: int, seconds: float | None) -> None:
-        nonlocal done
-        name, done = new[place], done + 1
-        if seconds is None:
-            logger.info("%d of %d: %s failed, and is run again below", done, len(new), name)
-            return
-        if changed(app):
-            raise ExtensionError("The package, the data or the environment changed while notebooks ran: build again.")
-        run = CacheBundleIn(read[name], str(paths[name]), data={"execution_seconds": seconds})
-        cache.cache_notebook_bundle(run, check_validity=False, overwrite=True)
-        logger.info("%d of %d: %s, %.1f s", done, len(new), name, seconds)
-
-    side_by_side([client(paths[name], read[name], app.config.nb_execution_timeout) for name in new], report)
+    cache = get_cache(app.config.nb_execution_cache_path)
+    for path in (Path(env.doc2path(name)) for name in names):
+        if path.suffix == ".ipynb":
+            cache.add_nb_to_project(str(path))
+    logger.setLevel(logging.INFO)  # each notebook is named on stderr as it begins and ends
+    executor = load_executor("local-parallel", cache, logger=logger)
+    told = executor.run_and_cache(timeout=app.config.nb_execution_timeout)
+    for name in (*told.excepted, *told.errored):
+        logger.warning("%s failed, and is run again below", name)
+    if changed(app):
+        check(app, None)
+        raise ExtensionError("The package, the data or the environment changed while notebooks ran: build again.")
 
 
 def changed(app: Sphinx) -> bool:

@@ -17,7 +17,6 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from html import escape
 from importlib.metadata import PackageNotFoundError, distribution
-from importlib.resources import files
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -167,11 +166,8 @@ def data_of(folder: Path, names: Iterable[str]) -> bytes:
 
 def scripts(config: Any) -> Mapping[str, Any]:
     """What is packed, by the name of its script."""
-    package = files("rbfound.live")
-    fronts = {
-        name: {kind: package.joinpath(f"{name}.{kind}").read_text(encoding="utf-8") for kind in ("js", "css")}
-        for name in sorted({live.front(thing) for thing in live.THINGS})
-    }
+    names = sorted({live.front(thing) for thing in live.THINGS})
+    fronts = {name: {"js": live.script(name), "css": live.sheet(name)} for name in names}
     own = carried(config.live_pyodide)
     about = {
         "base": "https://pyodide.invalid/" if own else config.live_pyodide.rstrip("/") + "/",

@@ -16,8 +16,8 @@ def told(key, name, thing):
 def start(key, name, folder):
     return told(key, name, live.start(name, Path(folder)))
 
-def opened(key, name, folder, unit):
-    return told(key, name, live.opened(name, Path(folder), unit))
+def opened(key, name, folder, fields):
+    return told(key, name, live.opened(name, Path(folder), **json.loads(fields)))
 
 def update(key, text):
     return live.packed(running[key].update(json.loads(text)))
@@ -102,9 +102,9 @@ const ACTS = {
     python.unpackArchive(wheel, "wheel");
     return {};
   },
-  open({ key, name, files, unit }) {
+  open({ key, name, files, fields }) {
     written("/home/pyodide/own", files);
-    return glue("opened", key, name, "own", unit);
+    return glue("opened", key, name, "own", fields);
   },
   update: ({ key, text }) => glue("update", key, text),
   save: ({ key, name }) => glue("save", key, name),

@@ -266,9 +266,22 @@
       const label = make(row, "label", { textContent: "Choose files" });
       const suffixes = [".txt", ".csv", ...Object.values(this.python.about.readers).flat()];
       const input = make(label, "input", { type: "file", multiple: true, accept: suffixes.join() });
-      const unitLabel = make(row, "label", { textContent: "Unit, where they do not say it" });
-      const unit = make(unitLabel, "input", { type: "text", size: 8, placeholder: "m/N" });
+      const fields = {}, more = make(null, "details"), rest = make(null, "p");
+      const field = (place, name, text, properties) => {
+        fields[name] = make(make(place, "label", { textContent: text }), "input", { type: "text", ...properties });
+      };
+      field(row, "unit", "Unit, where they do not say it", { size: 8, placeholder: "m/N" });
       const back = make(row, "button", { type: "button", textContent: "Back to the book's FRFs", hidden: true });
+      own.append(more);
+      make(more, "summary", { textContent: "Files that say less" });
+      more.append(rest);
+      field(rest, "columns", "Columns, where no heading says it", { size: 34, placeholder: "frequency [Hz], amplitude [mm], phase [deg]" });
+      field(rest, "pattern", "Names of the files", { size: 24, placeholder: "H_{response}_{force}.csv" });
+      field(rest, "fill", "A missing FRF from its mirror", { type: "checkbox" });
+      const said = () => Object.fromEntries(Object.entries(fields).map(([name, input]) =>
+        [name, input.type === "checkbox" ? input.checked : input.value.trim()]));
+      make(more, "p", { textContent: "A seat is named after its direction, x or y, and the number of its bearing (x1, y1, x2, y2). Files with other " +
+        "names come with an index: a text whose heading is “file, response, force”, and a line for each file." });
       const told = make(own, "p", { className: "rbfound-live-status" }, { role: "status" });
       const work = async (text, act, done) => {
         told.className = "rbfound-live-status";
@@ -292,16 +305,17 @@
             [file.name, new Uint8Array(await file.arrayBuffer())]));
           if (!files.length) throw new Error("There is none among them.");
           await this.python.bring(files.map(([name]) => name));
-          return this.python.ask("open", { key: this.key, name: this.name, files, unit: unit.value.trim() });
+          return this.python.ask("open", { key: this.key, name: this.name, files, fields: JSON.stringify(said()) });
         }, "What is shown was identified from your files.");
         back.hidden = !own.dataset.opened;
       };
       input.onchange = () => { if (input.files.length) take([...input.files]); input.value = ""; };
       back.onclick = () => work("Back …", () => this.python.ask("start", { key: this.key, name: this.name }), "")
         .then(() => { back.hidden = true; });
-      own.ondragover = (event) => { event.preventDefault(); own.classList.add("is-over"); };
-      own.ondragleave = () => own.classList.remove("is-over");
-      own.ondrop = (event) => {
+      // anywhere on the picture or below it
+      this.root.ondragover = (event) => { event.preventDefault(); own.classList.add("is-over"); };
+      this.root.ondragleave = (event) => { if (!this.root.contains(event.relatedTarget)) own.classList.remove("is-over"); };
+      this.root.ondrop = (event) => {
         event.preventDefault();
         own.classList.remove("is-over");
         take(dropped(event.dataTransfer));

@@ -1,6 +1,6 @@
 """Load and save: FRFs, foundations and machines, whatever their format."""
 
-from rbfound.files.arrays import read_mat as read_mat, read_npz as read_npz
+from rbfound.files.arrays import read_arrays as read_arrays
 from rbfound.files.exports import (
     dmig as dmig,
     matrix27 as matrix27,
@@ -9,8 +9,10 @@ from rbfound.files.exports import (
 )
 from rbfound.files.load_save import (
     UNIVERSAL as UNIVERSAL,
+    explained as explained,
     foundation_bytes as foundation_bytes,
     foundation_text as foundation_text,
+    load_errors as load_errors,
     load_foundation as load_foundation,
     load_frf as load_frf,
     save_foundation as save_foundation,

@@ -2,11 +2,10 @@
 
 import io
 import struct
-import tokenize
 import warnings
 import zipfile
 import zlib
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterator
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -14,67 +13,108 @@ from typing import Any
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
+from scipy import io as scipy_io
 
-from rbfound.files.text import content_of
+from rbfound.files.content import content_of, listed
+from rbfound.files.text import Curve
+from rbfound.frf import check_ascending
 
-Array = NDArray[np.float64]
-
-Complex = NDArray[np.complex128]
-
+# 64 FRFs on 500 000 lines [bytes]
+LARGEST_UNPACKED = 600_000_000
+# Version 5 of MATLAB's format: kinds of elements, and of arrays; the stored kinds of numbers and letters.
 MATRIX, COMPRESSED = 14, 15
-
-
-STORED = {
-    1: "i1",
-    2: "u1",
-    3: "i2",
-    4: "u2",
-    5: "i4",
-    6: "u4",
-    7: "f4",
-    9: "f8",
-    12: "i8",
-    13: "u8",
-    17: "u2",
-    18: "u4",
-}
-
-
-UTF8 = 16
-
-
 LETTERS, NUMBERS = 4, range(6, 16)
-
-
 KINDS = {1: "cell", 2: "struct", 3: "object", 5: "sparse matrix", 16: "function", 17: "object"}
+STORED = (1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 16, 17, 18)
 
 
-COMPLEX, DIMENSIONS = 0x0800, 8
+def read_arrays(path: Path, names: Collection[str]) -> tuple[dict[str, NDArray[Any]], list[str]]:
+    """Those of the named arrays that a .npz or a .mat file holds, and the names of all that are there.
 
-
-def arrays_in(content: bytes, names: Collection[str], largest: int) -> dict[str, NDArray[Any]]:
-    """The named arrays of a file's content, each in its own shape; letters as a row of texts.
+    A .mat file has MATLAB's version 5 to 7; rows of letters become a row of words. Nothing is unpickled.
 
     Raises
     ------
     ValueError
-        When it is no such file, is damaged, unpacks to more than `largest` bytes, or holds something else than an array
-        of numbers or letters under one of the names.
+        When it is no such file, is damaged, holds something else than numbers or words under these names, or would
+        unpack to more than 600 MB.
     """
+    kind = path.suffix.lower()
+    content = content_of(path)
+    try:
+        return _npz(content, names) if kind == ".npz" else _mat(content, names)
+    except (ValueError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, OSError) as error:
+        raise ValueError(f"{path} is not a readable {kind} file: {error}") from None
+
+
+def _npz(content: bytes, names: Collection[str]) -> tuple[dict[str, NDArray[Any]], list[str]]:
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        there = [name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy")]
+        wanted = [name for name in names if name in there]
+        total = sum(archive.getinfo(f"{name}.npy").file_size for name in wanted)
+        if total > LARGEST_UNPACKED:
+            raise ValueError(f"it unpacks to {total / 1e6:.0f} MB: at most {LARGEST_UNPACKED / 1e6:.0f} are read")
+        return {name: _array(name, archive.read(f"{name}.npy")) for name in wanted}, there
+
+
+def _array(name: str, content: bytes) -> NDArray[Any]:
+    """One array; the size that its heading claims must be that of what follows, or numpy would make room for it."""
+    stream = io.BytesIO(content)
+    try:
+        version = npy.read_magic(stream)
+        # numpy only warns of headings that Python 2 may have written, and Python of slips in them
+        with warnings.catch_warnings(action="error"):
+            read = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}[version]
+            shape, _, dtype = read(stream)
+    except Exception as error:  # a damaged heading is a piece of Python that may raise anything
+        raise ValueError(f"the heading of {name} is damaged ({error})") from None
+    if dtype.hasobject:
+        raise ValueError(f"{name} holds pickled objects, which are not read")
+    rest = len(content) - stream.tell()
+    if prod(shape) * dtype.itemsize != rest:
+        raise ValueError(f"{name} holds {rest} bytes, which is not a {shape} of {dtype}")
+    return np.asarray(np.load(io.BytesIO(content), allow_pickle=False))
+
+
+def _mat(content: bytes, names: Collection[str]) -> tuple[dict[str, NDArray[Any]], list[str]]:
+    """What SciPy reads of the elements that hold these arrays, after their tags were looked at: it trusts these."""
+    if content[:8] == b"\x89HDF\r\n\x1a\n" or content[:20].startswith(b"MATLAB 7.3"):
+        raise ValueError("it is of MATLAB's version 7.3: save it with -v7")
     if content[124:128] not in (b"\x00\x01IM", b"\x01\x00MI"):
         raise ValueError("it is not of version 5 to 7: save it with -v7")
     order = "<" if content[126:128] == b"IM" else ">"
-    out: dict[str, NDArray[Any]] = {}
+    kept, there, left = content[:128], [], LARGEST_UNPACKED
     for kind, data in _elements(content, 128, order):
+        whole = data
         if kind == COMPRESSED:
-            whole = _unpacked(data, largest)
-            largest -= len(whole)
-            # one array; its own size is no check, as Octave counts four bytes too many for some texts
-            if len(whole) >= 8 and struct.unpack_from(order + "I", whole)[0] == MATRIX:
-                _matrix(whole[8:], order, names, out)
-        elif kind == MATRIX:
-            _matrix(data, order, names, out)
-    return out
+            unpacker = zlib.decompressobj()
+            whole = unpacker.decompress(data, left + 1)
+            left -= len(whole)
+            if left < 0:
+                raise ValueError(f"it unpacks to more than {LARGEST_UNPACKED / 1e6:.0f} MB")
+            if not unpacker.eof:
+                raise ValueError("a compressed part is cut off")
+            # its own size is no check, as Octave counts four bytes too many for some texts
+            kind, whole = struct.unpack_from(order + "I", whole.ljust(8))[0], whole[8:]
+        if kind != MATRIX:
+            continue
+        (_, flags), _, (_, name), *values = [*_elements(whole, 0, order), *[(0, b"")] * 3][: 5 if len(whole) else 3]
+        there.append(name.decode("latin-1"))
+        if there[-1] in names:
+            form = flags[0 if order == "<" else 3] if len(flags) == 8 else 0
+            if form != LETTERS and form not in NUMBERS:
+                raise ValueError(
+                    f"{there[-1]} is a {KINDS.get(form, 'thing unknown')}: only arrays of numbers or letters are read "
+                    "(labels: ['x1'; 'y1'])"
+                )
+            if not values or any(tag not in STORED for tag, part in values if part) or len(name) > 60:
+                raise ValueError(f"{there[-1]} holds values of a kind that is not known")
+            kept += struct.pack(order + "II", MATRIX, len(whole)) + whole
+    try:
+        arrays = scipy_io.loadmat(io.BytesIO(kept), variable_names=list(names))
+    except Exception as error:  # of a damaged array, whatever its shape and letters lead to
+        raise ValueError(f"an array is damaged ({error})") from None
+    return {name: np.asarray(arrays[name]) for name in names if name in arrays}, there
 
 
 def _elements(content: bytes, place: int, order: str) -> Iterator[tuple[int, bytes]]:
@@ -97,138 +137,6 @@ def _elements(content: bytes, place: int, order: str) -> Iterator[tuple[int, byt
         yield kind, content[start : start + size]
 
 
-def _unpacked(data: bytes, largest: int) -> bytes:
-    unpacker = zlib.decompressobj()
-    try:
-        whole = unpacker.decompress(data, largest + 1)
-    except zlib.error as error:
-        raise ValueError(f"a compressed part is damaged ({error})") from None
-    if len(whole) > largest:
-        raise ValueError(f"it unpacks to more than {largest / 1e6:.0f} MB")
-    if not unpacker.eof:
-        raise ValueError("a compressed part is cut off")
-    return whole
-
-
-def _matrix(data: bytes, order: str, names: Collection[str], out: dict[str, NDArray[Any]]) -> None:
-    """Put one array into `out` if it is wanted: its flags, shape, name, and one or two parts of values."""
-    elements = _elements(data, 0, order)
-    (_, flags), (_, shape_data), (_, name_data) = (_next(elements) for _ in range(3))
-    name = name_data.decode("latin-1")
-    if name not in names:
-        return
-    if len(flags) != 8 or not shape_data or len(shape_data) % 4 or len(shape_data) > 4 * DIMENSIONS:
-        raise ValueError(f"{name} has a damaged heading")
-    (flag,) = struct.unpack(order + "I", flags[:4])
-    kind = flag & 0xFF
-    shape = struct.unpack(f"{order}{len(shape_data) // 4}i", shape_data)
-    if kind in NUMBERS:
-        values = _values(name, *_next(elements), order, shape)
-        if flag & COMPLEX:
-            values = values + 1j * _values(name, *_next(elements), order, shape)
-        out[name] = values.reshape(shape, order="F")
-    elif kind == LETTERS:
-        codes = _values(name, *_next(elements), order, shape)
-        rows = codes.reshape(shape[0], -1, order="F") if len(codes) else np.zeros((0, 0), dtype="u4")
-        if codes.dtype.kind not in "iu" or (rows.astype("i8") > 0x10FFFF).any() or (rows.astype("i8") < 0).any():
-            raise ValueError(f"{name} holds what is no letter")
-        out[name] = np.array(["".join(map(chr, row)) for row in rows], dtype=str)
-    else:
-        raise ValueError(
-            f"{name} is a {KINDS.get(kind, 'thing unknown')}: only arrays of numbers or letters are read "
-            "(labels: ['x1'; 'y1'])"
-        )
-
-
-def _next(elements: Iterator[tuple[int, bytes]]) -> tuple[int, bytes]:
-    found = next(elements, None)
-    if found is None:
-        raise ValueError("an array ends before its values")
-    return found
-
-
-def _values(name: str, kind: int, data: bytes, order: str, shape: tuple[int, ...]) -> NDArray[Any]:
-    """The values of one part, as many as the shape says."""
-    if kind == UTF8:
-        values = np.array([ord(letter) for letter in data.decode("utf-8", errors="replace")], dtype="u4")
-    elif kind in STORED and len(data) % np.dtype(STORED[kind]).itemsize == 0:
-        values = np.frombuffer(data, dtype=order + STORED[kind])
-    else:
-        raise ValueError(f"{name} holds values of a kind that is not known ({kind})")
-    if min(shape) < 0 or prod(shape) != len(values):
-        raise ValueError(f"{name} has {len(values)} values, which is not {' x '.join(map(str, shape))}")
-    return values.astype(values.dtype.newbyteorder("="))
-
-
-# 64 FRFs on 500 000 lines [bytes]
-LARGEST_UNPACKED = 600_000_000
-
-
-# What numpy's own reader lets through when the heading of an array is damaged; it warns where the heading is one that
-# Python 2 may have written, and Python itself where it looks like a slip.
-HEADING: tuple[type[Exception], ...] = (SyntaxError, TypeError, KeyError, IndexError, OverflowError, struct.error)
-
-
-HEADING += (MemoryError, RecursionError, tokenize.TokenError, Warning)
-
-
-def read_npz(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:
-    """Those of the named arrays that a .npz file holds.
-
-    Raises
-    ------
-    ValueError
-        When it is no such file, is damaged, holds a pickled object, or would unpack to more than 600 MB.
-    """
-    try:
-        with zipfile.ZipFile(io.BytesIO(content_of(path))) as archive:
-            members = {name: f"{name}.npy" for name in names if f"{name}.npy" in archive.namelist()}
-            total = sum(archive.getinfo(member).file_size for member in members.values())
-            if total > LARGEST_UNPACKED:
-                raise ValueError(f"it unpacks to {total / 1e6:.0f} MB: at most {LARGEST_UNPACKED / 1e6:.0f} are read")
-            return {name: _array(archive, member) for name, member in members.items()}
-    except (ValueError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, OSError) as error:
-        raise ValueError(f"{path} is not a readable .npz file: {error}") from None
-    except HEADING as error:
-        raise ValueError(f"{path} is not a readable .npz file: an array's heading is damaged ({error})") from None
-
-
-def _array(archive: zipfile.ZipFile, member: str) -> NDArray[Any]:
-    """One array; the size that its heading claims must be the size that the archive holds."""
-    with archive.open(member) as stream:
-        content = stream.read()
-    start = io.BytesIO(content)
-    version = npy.read_magic(start)
-    read = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}.get(version)
-    if read is None:
-        raise ValueError(f"{member} is written in version {version}, which is not known")
-    with warnings.catch_warnings(action="error"):
-        shape, _, dtype = read(start)
-    if dtype.hasobject:
-        raise ValueError(f"{member} holds pickled objects, which are not read")
-    if prod(shape) * dtype.itemsize != len(content) - start.tell():
-        raise ValueError(f"{member} holds {len(content) - start.tell()} bytes, which is not a {shape} of {dtype}")
-    return np.asarray(npy.read_array(io.BytesIO(content), allow_pickle=False))
-
-
-def read_mat(path: Path, names: Iterable[str]) -> dict[str, NDArray[Any]]:
-    """Those of the named arrays of numbers or letters that a MATLAB file (version 5 to 7) holds.
-
-    Raises
-    ------
-    ValueError
-        When it is no such file, is damaged, holds cells, structures or objects under these names, or would unpack to
-        more than 600 MB. Files of MATLAB's -v7.3 are HDF5: save them with -v7.
-    """
-    content = content_of(path)
-    if content[:8] == b"\x89HDF\r\n\x1a\n" or content[:20].startswith(b"MATLAB 7.3"):
-        raise ValueError(f"{path} is of MATLAB's version 7.3: save it with -v7.")
-    try:
-        return arrays_in(content, set(names), LARGEST_UNPACKED)
-    except ValueError as error:
-        raise ValueError(f"{path} is not a readable .mat file: {error}") from None
-
-
 def texts(array: NDArray[Any]) -> tuple[str, ...]:
     """A row of words, as numpy and MATLAB (letters in rows, padded with blanks) keep them."""
     if array.dtype.kind not in "US" or array.ndim > 2:
@@ -236,13 +144,16 @@ def texts(array: NDArray[Any]) -> tuple[str, ...]:
     return tuple(str(word).strip() for word in array.ravel())
 
 
-def frf_parts(
-    path: Path, arrays: dict[str, NDArray[Any]]
-) -> tuple[Array, Complex, tuple[str, ...], str | None, tuple[str, ...]]:
-    """Frequency (n,), H (n, seats, seats), labels, unit (None: not said) and notes out of the arrays of these names."""
+def curves_of_arrays(path: Path) -> tuple[dict[tuple[str, str], Curve], tuple[str, ...], tuple[str, ...]]:
+    """The FRFs of a .npz or .mat file by their labels, the labels, and the notes."""
+    parts = ("frequency", "H", "labels", "unit", "notes", "coherence")
+    arrays, there = read_arrays(path, parts)
     missing = [name for name in ("frequency", "H") if name not in arrays]
     if missing:
-        raise ValueError(f"{path} holds no {' and no '.join(missing)}: FRFs are the arrays frequency, H, labels, unit.")
+        raise ValueError(
+            f"{path} holds no {' and no '.join(missing)}: FRFs are the arrays frequency, H, labels, unit. "
+            f"It holds {listed(there) or 'nothing'}."
+        )
     frequency, H = arrays["frequency"], arrays["H"]
     for name, array, kinds in (("frequency", frequency, "fiu"), ("H", H, "fiuc")):
         if array.dtype.kind not in kinds:
@@ -251,14 +162,41 @@ def frf_parts(
         frequency = frequency.ravel()
     if H.ndim < 3 and H.size == frequency.size:
         H = H.reshape(-1, 1, 1)
-    if H.ndim != 3 or H.shape[1] != H.shape[2]:
-        raise ValueError(f"{path}: H has shape {H.shape}: it must be (lines, seats, seats).")
-    if "labels" in arrays:
-        labels = texts(arrays["labels"])
-    elif H.shape[1] % 2 == 0:
+    if H.ndim != 3 or H.shape[1] != H.shape[2] or frequency.shape != H.shape[:1] or not H.size:
+        raise ValueError(
+            f"{path}: H has shape {H.shape}, frequency {frequency.shape}: they must be (lines, seats, seats), (lines,)."
+        )
+    try:
+        labels = texts(arrays["labels"]) if "labels" in arrays else ()
+        unit = texts(arrays["unit"])[:1] if "unit" in arrays else ()
+        notes = tuple(note for note in texts(arrays["notes"]) if note) if "notes" in arrays else ()
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    if not labels and H.shape[1] % 2 == 0:
         labels = tuple(f"{axis}{k + 1}" for k in range(H.shape[1] // 2) for axis in "xy")
-    else:
-        raise ValueError(f"{path}: H has {H.shape[1]} seats and no labels say which.")
-    unit = texts(arrays["unit"])[:1] if "unit" in arrays else ()
-    notes = tuple(note for note in texts(arrays["notes"]) if note) if "notes" in arrays else ()
-    return frequency.astype(float), H.astype(complex), labels, unit[0] if unit else None, notes
+    if len(labels) != H.shape[1] or len(set(labels)) != len(labels):
+        raise ValueError(f"{path}: H has {H.shape[1]} seats, and the labels {listed(labels) or 'are missing'}.")
+    try:
+        check_ascending(frequency.astype(float))
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    bad = np.argwhere(~np.isfinite(H) & (frequency > 0)[:, None, None])
+    if len(bad):
+        k, i, j = bad[0]
+        raise ValueError(
+            f"{path}: H at {frequency[k]:g} Hz, response {labels[i]} to a force at {labels[j]}, is {H[k, i, j]}: every "
+            "number must be finite."
+        )
+    ignored = tuple(name for name in there if name not in parts)
+    coherence = arrays.get("coherence")
+    if coherence is not None and (coherence.shape != H.shape or coherence.dtype.kind != "f"):
+        raise ValueError(f"{path}: coherence has shape {coherence.shape}, H {H.shape}: they must be alike.")
+    curves = {
+        (row, column): Curve(
+            str(path), frequency.astype(float), H[:, i, j].astype(complex), unit[0] if unit else None,
+            coherence=None if coherence is None else coherence[:, i, j], ignored=ignored,
+        )
+        for i, row in enumerate(labels)
+        for j, column in enumerate(labels)
+    }  # fmt: skip
+    return curves, labels, notes

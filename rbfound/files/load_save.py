@@ -7,32 +7,39 @@ What else is read: `load_frf`.
 """
 
 import os
+import re
 import tempfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import io as scipy_io
+from scipy.ndimage import uniform_filter1d
 
-from rbfound.files.arrays import frf_parts, read_mat, read_npz, texts
+from rbfound.files.arrays import curves_of_arrays, read_arrays, texts
+from rbfound.files.content import content_of, decoded, listed, reckoning
 from rbfound.files.exports import PARTS, aside, from_arrays, from_json, replaced, text_replaced, to_json, to_mat
 from rbfound.files.frf_sets import (
     MIXED,
-    STATIC,
+    OWN,
     Pair,
+    Said,
     curves_of_file,
     curves_of_folder,
     gathered,
-    parsed_unit,
-    receptance,
-    said_unit,
+    plain,
+    seated,
     seats_of,
 )
-from rbfound.files.text import COLUMNS, Curve, decoded, reckoning
+from rbfound.files.text import COLUMNS, POINT, Curve
 from rbfound.foundation import Foundation
 from rbfound.frf import FRF
+from rbfound.tables import table
+from rbfound.units import parsed_unit
 
 UNIVERSAL = (".uff", ".unv", ".ufb", ".u58")
+UNIVERSAL_START = re.compile(rb"\s*-1 *\r?\n\s*\d+")
 
 
 def load_frf(
@@ -44,6 +51,9 @@ def load_frf(
     columns: str | None = None,
     pattern: str | None = None,
     fill: bool = False,
+    seats: str | None = None,
+    conjugate: bool = False,
+    delay: float = 0.0,
 ) -> FRF:
     """FRFs from a folder with a text file for each pair of seats, an index of such files, or one file with all.
 
@@ -56,18 +66,25 @@ def load_frf(
     Parameters
     ----------
     unit : str
-        Of the responses: "m", "mm", "m/s", "m/s2", "mm/s2", "g", ..., also for a unit force: "mm/N". It says the
-        quantity too. A file's own unit and this one must agree.
+        Of the responses: "m", "mm", "m/s", "m/s2", "mm/s2", "g", ..., also for a unit force: "mm/N"; of amplitudes in
+        decibels "dB re 1 m/N". It says the quantity too. A file's own unit and this one must agree.
     quantity : "receptance", "mobility" or "accelerance"
-        Only a check of what the unit says.
+        Only a check of what the unit says. "stiffness", "impedance" or "apparent mass" (forces over motions, each seat
+        driven with the others held): the matrix of each line is inverted.
     force : float [N]
         The force that the responses were computed or measured for, unless the unit is for a unit force.
     columns : str
-        What the columns of the text files are, in place of a heading: "frequency [Hz], amplitude [mm], phase [deg]".
+        What the columns of the text files are, where no heading says it: "frequency [Hz], amplitude [mm], phase [deg]".
     pattern : str
         How the files of a folder are named: "H_{response}_{force}.csv", or "FRF{number}.txt", numbered after table 2.
     fill : bool
         Whether a missing H_ij may be taken from H_ji; `notes` of the result say which were.
+    seats : str
+        Which points and directions of the file are the seats: "12+Z = y1, 7-X = x1". FRFs at others are left out.
+    conjugate : bool
+        Whether the phases are those of a time factor exp(-i omega t), as some programs have them.
+    delay : float [s]
+        How much later than the force the motion was recorded; it is taken out.
 
     Raises
     ------
@@ -76,44 +93,113 @@ def load_frf(
         a line that is not a number or not finite, frequencies that do not ascend or differ from file to file, amplitude
         and phase that contradict real and imaginary part, a damaged or too large file. It names the file and the line.
     """
-    path = Path(path)
+    said = Said(unit, quantity, force, columns, pattern, fill, seats, conjugate, delay)
+    return _loaded(Path(path), said)[0]
+
+
+def load_errors(path: str | os.PathLike[str], averages: int, **said: Any) -> NDArray[np.float64]:
+    """Standard deviation of the complex error of each FRF [m/N], (n, outputs, inputs), for `rbfound.fit_modes`.
+
+    From the coherence that a file holds (columns, Universal Files of function type 6, an array `coherence`) and the
+    number of averages: variance |H|^2 (1 - c) / (c (averages - 1)), see `rbfound.measurement.Spectra.errors`, taken as
+    even over nine lines. A coherence is taken as 1 - 1e-6 at most, since files print some digits of it. The other
+    arguments are those of `load_frf`, whose lines these are.
+
+    Raises
+    ------
+    ValueError
+        When the file holds no coherence for some of the FRFs, or one outside 0 to 1, and for what `load_frf` refuses.
+    """
+    frf, c = _loaded(Path(path), Said(**said))
+    if c is None:
+        raise ValueError(f"{path} does not hold the coherence of all of its FRFs.")
+    if averages < 2 or not ((c > 0) & (c <= 1)).all():
+        raise ValueError(
+            f"{path}: coherences from {c.min():g} to {c.max():g} of {averages} averages tell no errors: they must lie "
+            "between 0 and 1, and the averages be two or more."
+        )
+    # as of accelerations, whose errors are even
+    square = np.maximum(frf.frequency, frf.frequency[-1] / 1e3)[:, None, None] ** 2
+    rest = (square * np.abs(frf.H)) ** 2 * np.maximum(1 - c, 1e-6) / c
+    return np.asarray(np.sqrt(uniform_filter1d(rest, 9, axis=0, mode="nearest") / (averages - 1)) / square)
+
+
+def explained(path: str | os.PathLike[str], **said: Any) -> str:
+    """What is understood of each FRF of a set, before they are put together: a table."""
+    path, options = Path(path), Said(**said)
     with reckoning(path):
-        hint = ""
-        notes: tuple[str, ...] = ()
-        if path.is_dir():
-            curves, hint = curves_of_folder(path, columns, pattern)
-        elif not path.is_file():
-            raise ValueError(f"{path} is not a folder nor a file: give the folder or the file that holds the FRFs.")
-        elif path.suffix.lower() in (".npz", ".mat"):
-            return _from_arrays(path, unit, quantity, force)
-        elif path.suffix.lower() in UNIVERSAL:
-            curves, notes = _universal(path)
-        else:
-            curves = curves_of_file(path, columns)
-        return gathered(curves, str(path), unit=unit, quantity=quantity, force=force, fill=fill, hint=hint, notes=notes)
+        curves = _curves(path, options)[0]
+    rows: dict[str, list[object]] = {}
+    for (response, force), curve in curves.items():
+        units = [word for word in (curve.unit, options.unit) if word is not None]
+        quantity = parsed_unit(units[-1]).quantity if units and units[-1].lower() != "db" else curve.quantity
+        row = {
+            "file": Path(curve.source).name,
+            "response": response,
+            "force": force,
+            "quantity": quantity or "not said",
+            "unit": curve.unit or f"{options.unit or 'not said'} (by the caller)",
+            "time factor": "exp(-i w t)" if options.conjugate else "exp(i w t)",
+            "first [Hz]": float(curve.frequency[0]),
+            "last [Hz]": float(curve.frequency[-1]),
+            "lines": len(curve.frequency),
+            "besides": ", ".join((*curve.ignored, *(["coherence"] if curve.coherence is not None else []))) or "-",
+        }
+        for name, value in row.items():
+            rows.setdefault(name, []).append(value)
+    return table(rows)
 
 
-def _universal(path: Path) -> tuple[dict[Pair, Curve], tuple[str, ...]]:
+def _loaded(path: Path, said: Said) -> tuple[FRF, NDArray[np.float64] | None]:
+    with reckoning(path):
+        curves, labels, hint, notes = _curves(path, said)
+        frf, coherence = gathered(curves, str(path), said, labels, hint)
+        return FRF(frf.frequency, frf.H, frf.labels, (*notes, *frf.notes)), coherence
+
+
+def _curves(path: Path, said: Said) -> tuple[dict[Pair, Curve], tuple[str, ...], str, tuple[str, ...]]:
+    """The FRFs by their seats, the labels where the format has its own, a hint and notes."""
+    kind = path.suffix.lower()
+    text = path.is_dir() or kind not in (".npz", ".mat", *UNIVERSAL)
+    if not path.is_dir() and not path.is_file():
+        raise ValueError(f"{path} is not a folder nor a file: give the folder or the file that holds the FRFs.")
+    if text and path.is_file() and UNIVERSAL_START.match(content_of(path)[:400]):
+        text, kind = False, UNIVERSAL[0]
+    for name, given, there in (
+        ("columns", said.columns is not None, text),
+        ("pattern", said.pattern is not None, path.is_dir()),
+        ("fill", said.fill, kind not in (".npz", ".mat")),
+    ):
+        if given and not there:
+            raise ValueError(f"{path}: {name}= means nothing for such a file: leave it out.")
+    labels: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    hint = ""
+    if path.is_dir():
+        curves, hint = curves_of_folder(path, said)
+    elif kind in (".npz", ".mat"):
+        curves, labels, notes = curves_of_arrays(path)
+        if said.seats is None and not all(re.fullmatch(POINT, label, re.IGNORECASE) for label in labels):
+            # words of their own choice
+            return curves, labels, hint, notes
+        labels = () if said.seats is not None else tuple(plain(label) for label in labels)
+    elif text:
+        curves = curves_of_file(path, said)
+    else:
+        curves, notes = _universal(path, said.seats is None)
+    if not text and any((said.unit or curve.unit or "").lower().startswith("db") for curve in curves.values()):
+        raise ValueError(f"{path}: decibels have lost their phase: only amplitudes of a text may be such.")
+    curves, more = seated(curves, str(path), said.seats)
+    return curves, labels, hint, (*notes, *more)
+
+
+def _universal(path: Path, renumbered: bool) -> tuple[dict[Pair, Curve], tuple[str, ...]]:
     try:
         # the one import that waits: pyuff is an extra, and only such a file needs it
         from rbfound.files.uff import curves_in
     except ImportError as error:
         raise ValueError(f"{path}: Universal Files need pyuff: pip install 'rbfound[uff]' ({error}).") from None
-    return curves_in(path)
-
-
-def _from_arrays(path: Path, unit: str | None, quantity: str | None, force: float) -> FRF:
-    read = read_npz if path.suffix.lower() == ".npz" else read_mat
-    frequency, H, labels, found, notes = frf_parts(path, read(path, ("frequency", "H", "labels", "unit", "notes")))
-    said = said_unit(str(path), found, unit, quantity)
-    try:
-        start = int(len(frequency) > 0 and frequency[0] == 0 and parsed_unit(said)[0] > 0)
-        checked = FRF(frequency, H, labels)
-        if start:
-            notes = (*notes, STATIC)
-        return FRF(frequency[start:], receptance(frequency[start:], checked.H[start:], said, force), labels, notes)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
+    return curves_in(path, renumbered)
 
 
 def save_frf(frf: FRF, folder: str | os.PathLike[str]) -> None:
@@ -150,6 +236,10 @@ def save_frf(frf: FRF, folder: str | os.PathLike[str]) -> None:
         (folder / MIXED).touch()
         for name in texts:
             os.replace(new / name, folder / name)
+        for path in folder.iterdir():
+            # of a set that was saved here before
+            if OWN.fullmatch(path.name) and path.name not in texts:
+                path.unlink()
         (folder / MIXED).unlink()
 
 
@@ -184,10 +274,12 @@ def load_foundation(path: str | os.PathLike[str]) -> Foundation:
                 return from_json(text)
             except ValueError as error:
                 raise ValueError(f"{path} is not a readable .json file of a foundation: {error}") from None
-        arrays = read_mat(path, PARTS) if path.suffix == ".mat" else read_npz(path, PARTS)
+        arrays, there = read_arrays(path, PARTS)
         missing = [name for name in PARTS if name not in arrays]
         if missing:
-            raise ValueError(f"{path} holds no foundation: {', '.join(missing)} is missing.")
+            raise ValueError(
+                f"{path} holds no foundation: {', '.join(missing)} is missing. It holds {listed(there) or 'nothing'}."
+            )
         try:
             if path.suffix == ".mat":
                 words = {

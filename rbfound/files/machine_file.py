@@ -1,4 +1,4 @@
-"""A machine from a small TOML file: shaft, disks, bearings, foundation, speeds. An error names the line.
+"""A machine from a small TOML file: shaft, disks, bearings, foundation, speeds. An error names the entry.
 
 speeds = [0, 12000]            # rev/min, lowest and highest
 foundation = "foundation.json" # beside this file; leave it out for rigid ground
@@ -18,16 +18,16 @@ kyy = 1e8
 cxx = 1e4                      # [N s/m]; also cyy, cxy, cyx
 """
 
+import contextlib
 import os
-import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from rbfound.files.content import decoded, reckoning
 from rbfound.files.load_save import load_foundation
-from rbfound.files.text import decoded, reckoning
 from rbfound.machine import Machine, mount
 from rbfound.rotor import Bearing, Disk, Rotor, Shaft
 from rbfound.units import from_rpm
@@ -61,7 +61,7 @@ def load_machine(path: str | os.PathLike[str]) -> MachineFile:
     ------
     ValueError
         For an entry that is unknown, missing, or of the wrong kind, or a machine that cannot be built. It names the
-        file, the line and the entry.
+        file and the entry.
     """
     path = Path(path)
     with reckoning(path):
@@ -70,116 +70,70 @@ def load_machine(path: str | os.PathLike[str]) -> MachineFile:
             stored = tomllib.loads(text)
         except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
             raise ValueError(f"{path} is no TOML: {error}") from None
-        file = _File(path, text)
-        file.check(stored, TOP, (), ("speeds", "shaft", "bearing"))
+        _check(path, stored, TOP, "", ("speeds", "shaft", "bearing"))
         shaft = stored["shaft"]
-        file.check(shaft, SHAFT, ("shaft",), ("length", "diameter"))
-        disks = file.items(stored, "disk", DISK, ("position", "mass"))
-        bearings = file.items(stored, "bearing", BEARING, ("position",))
+        _check(path, shaft, SHAFT, "shaft.", ("length", "diameter"))
         speeds = stored["speeds"]
         if len(speeds) != 2 or not 0 <= speeds[0] < speeds[1]:
-            raise file.error(
-                ("speeds",), f"is {speeds!r:.60}: give the lowest and the highest [rev/min], such as [0, 12000]"
+            raise ValueError(
+                f"{path}: speeds is {speeds!r:.60}: give the lowest and the highest [rev/min], such as [0, 12000]."
             )
-        with file.at("shaft"):
+        disks = _placed(path, stored, "disk", DISK, ("position", "mass"), Disk)
+        bearings = _placed(path, stored, "bearing", BEARING, ("position",), Bearing)
+        with _at(path, "shaft"):
             element = shaft.pop("element", 0.05)
-            made = Shaft(**shaft)
-        rotor = Rotor(made, file.built(disks, "disk", Disk), element)
+            rotor = Rotor(Shaft(**shaft), disks, element)
         on = None
         if "foundation" in stored:
-            with file.at("foundation"):
+            with _at(path, "foundation"):
                 on = load_foundation(path.parent / stored["foundation"])
-        with file.at("bearing"):
-            machine = mount(rotor, file.built(bearings, "bearing", Bearing), on)
+        with _at(path, "bearing"):
+            machine = mount(rotor, bearings, on)
         return MachineFile(machine, (float(from_rpm(speeds[0])), float(from_rpm(speeds[1]))))
 
 
-class _Place:
-    """Gives a ValueError inside the place in the file that it comes from."""
-
-    def __init__(self, file: "_File", where: tuple[str | int, ...]) -> None:
-        self.file, self.where = file, where
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if isinstance(error, ValueError) and not str(error).startswith(f"{self.file.path}, line"):
-            raise self.file.error(self.where, f"- {error}") from None
+@contextlib.contextmanager
+def _at(path: Path, entry: str) -> Iterator[None]:
+    """Gives a ValueError inside the entry that it comes from."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"{path}: {entry}: {error}") from None
 
 
-class _File:
-    """The text of a machine file, to say on which line an entry stands."""
+def _check(path: Path, table: Mapping[str, Any], known: Mapping[str, Any], where: str, needed: tuple[str, ...]) -> None:
+    """A ValueError unless every entry is known, of its kind, and all needed ones are there."""
+    for key, value in table.items():
+        if key not in known:
+            raise ValueError(f"{path}: {where}{key} is not known: the entries here are {', '.join(known)}.")
+        kinds = known[key] if isinstance(known[key], tuple) else (known[key],)
+        words = {float: "a number", list: "a list", str: "a text", dict: "a table"}
+        if not any(_is(value, each) for each in kinds):
+            right = " or ".join(words[each] for each in kinds)
+            raise ValueError(f"{path}: {where}{key} is {value!r:.60}: it must be {right}.")
+        if isinstance(value, list) and key not in ("disk", "bearing") and not all(_is(v, float) for v in value):
+            raise ValueError(f"{path}: {where}{key} is {value!r:.60}: it must be a list of finite numbers.")
+    for key in needed:
+        if key not in table:
+            raise ValueError(f"{path}: {where}{key} is missing.")
 
-    def __init__(self, path: Path, text: str) -> None:
-        self.path, self.lines = path, text.splitlines()
 
-    def at(self, *where: str | int) -> _Place:
-        return _Place(self, where)
-
-    def error(self, where: tuple[str | int, ...], told: str) -> ValueError:
-        name = ".".join(f"[{part + 1}]" if isinstance(part, int) else part for part in where).replace(".[", "[")
-        return ValueError(f"{self.path}, line {self.line(where)}: {name} {told}.")
-
-    def line(self, where: tuple[str | int, ...]) -> int:
-        """The line that an entry stands on; that of its table when it is missing."""
-        begin, end = 0, len(self.lines)
-        if where and (where[0] in ("shaft", "disk", "bearing")):
-            number = where[1] if len(where) > 1 and isinstance(where[1], int) else 0
-            heads = [k for k, line in enumerate(self.lines) if re.match(rf"\s*\[+\s*{where[0]}\s*\]+", line)]
-            if heads:
-                begin = heads[min(number, len(heads) - 1)]
-                later = [k for k, line in enumerate(self.lines) if k > begin and re.match(r"\s*\[", line)]
-                end = later[0] if later else end
-        key = where[-1] if where else ""
-        for k in range(begin, end):
-            entry = rf"\s*(?:[\"']?{re.escape(str(key))}[\"']?\s*=|\[+\s*{re.escape(str(key))}\s*\])"
-            if key and re.match(entry, self.lines[k]):
-                return k + 1
-        return begin + 1
-
-    def check(
-        self, table: Mapping[str, Any], known: Mapping[str, Any], where: tuple[str | int, ...], needed: tuple[str, ...]
-    ) -> None:
-        """A ValueError unless every entry is known, of its kind, and all needed ones are there."""
-        for key, value in table.items():
-            if key not in known:
-                raise self.error((*where, key), f"is not known: the entries here are {', '.join(known)}")
-            kind = known[key]
-            kinds = kind if isinstance(kind, tuple) else (kind,)
-            if not any(_is(value, each) for each in kinds):
-                words = {float: "a number", list: "a list", str: "a text", dict: "a table"}
-                raise self.error(
-                    (*where, key), f"is {value!r:.60}: it must be {' or '.join(words[each] for each in kinds)}"
-                )
-            if isinstance(value, list) and key not in ("disk", "bearing") and not all(_is(v, float) for v in value):
-                raise self.error((*where, key), f"is {value!r:.60}: it must be a list of finite numbers")
-        for key in needed:
-            if key not in table:
-                raise self.error((*where, key), "is missing")
-
-    def items(
-        self, stored: Mapping[str, Any], name: str, known: Mapping[str, Any], needed: tuple[str, ...]
-    ) -> list[dict[str, Any]]:
-        """The tables of an array of tables, each checked."""
-        tables = stored.get(name, [])
-        for k, table in enumerate(tables):
-            if not isinstance(table, dict):
-                raise self.error((name,), f"must be written as [[{name}]]")
-            self.check(table, known, (name, k), needed)
-        return list(tables)
-
-    def built(self, tables: list[dict[str, Any]], name: str, make: Any) -> dict[float, Any]:
-        """What stands where, by position [m]."""
-        out: dict[float, Any] = {}
-        for k, table in enumerate(tables):
-            with self.at(name, k):
-                values = dict(table)
-                position = float(values.pop("position"))
-                if position in out:
-                    raise ValueError(f"another {name} stands at {position:g} m already")
-                out[position] = make(**values)
-        return out
+def _placed(
+    path: Path, stored: Mapping[str, Any], name: str, known: Mapping[str, Any], needed: tuple[str, ...], make: Any
+) -> dict[float, Any]:
+    """What stands where, by position [m], of an array of tables."""
+    out: dict[float, Any] = {}
+    for k, table in enumerate(stored.get(name, []), start=1):
+        if not isinstance(table, dict):
+            raise ValueError(f"{path}: {name} must be written as [[{name}]].")
+        _check(path, table, known, f"{name}[{k}].", needed)
+        with _at(path, f"{name}[{k}]"):
+            values = dict(table)
+            position = float(values.pop("position"))
+            if position in out:
+                raise ValueError(f"another {name} stands at {position:g} m already.")
+            out[position] = make(**values)
+    return out
 
 
 def _is(value: Any, kind: type) -> bool:

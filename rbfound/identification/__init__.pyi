@@ -12,6 +12,7 @@ from rbfound.identification.error_propagation import (
     critical_bars as critical_bars,
     error_bars as error_bars,
     monte_carlo as monte_carlo,
+    without_window as without_window,
 )
 from rbfound.identification.least_squares import compliance as compliance
 from rbfound.identification.lsfd import Residues as Residues, fit_residues as fit_residues, lscf as lscf
@@ -26,7 +27,6 @@ from rbfound.identification.modal_fit import (
     ModalFit as ModalFit,
     fit_modes as fit_modes,
     identify as identify,
-    without_window as without_window,
 )
 from rbfound.identification.plscf import (
     Stabilisation as Stabilisation,

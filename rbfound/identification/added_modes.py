@@ -1,25 +1,24 @@
 """Where the modes of a fit come from: known poles, pseudo-modes of the remainder, and the mode that is missing."""
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import linalg
 
 from rbfound.identification.least_squares import (
-    ALIKE,
     Array,
-    Complex,
     Problem,
     State,
-    chain,
     compliance,
     cost,
     curvature,
     gradient,
-    groups_of,
+    jacobian,
     moved,
+    parameters,
     residuals,
     scale_of,
-    tangents,
 )
+from rbfound.identification.lsfd import level_of, repeated_modes
 
 # Where pseudo-modes are tried: parts of the band's lower edge, multiples of its upper edge.
 BELOW = (0.3, 0.7)
@@ -28,90 +27,46 @@ BELOW = (0.3, 0.7)
 ABOVE = (1.01, 1.03, 1.06, 1.1, 1.15, 1.2, 1.3, 1.45, 1.6, 2.0, 3.0, 5.0, 10.0)
 
 
-# Of nearly alike poles each stands for a mode if the residue that they share has that many eigenvalues above this part
-# of the largest. Where the second is a larger part, a pole that was found once is a repeated one: neither noise nor a
-# remainder that is not yet known leaves as much.
-RANK, PLAINLY = 1e-6, 0.5
+# A mode that is damped more is no mode of the band, but a part of the remainder.
+REMAINDER = 0.3
 
 
 # How often a candidate's shape is improved.
 ALTERNATIONS = 6
 
 
-def first_modes(problem: Problem, poles: Complex) -> State:
-    """Modes at known poles with the shapes that linear least squares gives them, and one pseudo-mode a seat above.
-
-    Each entry is a real combination of the modes' compliances, of a remainder U + V w^2 of what lies above the band and
-    of one -L / w^2 of what lies below. The largest eigenvector of a mode's symmetric residue is its shape. Poles that
-    cannot be told from a repeated one have a residue together, and `repeated_modes` tells them apart.
-    """
-    groups = groups_of(poles)
-    mean = np.array([poles[group].mean() for group in groups], dtype=complex)
-    own, zeta = np.abs(mean), np.clip(-mean.real / np.abs(mean), 1e-4, 0.3)
-    seats, m = int(problem.rows.max()) + 1, len(mean)
-    low, high = problem.edges
-    w = problem.omega
-    several = np.flatnonzero([len(group) > 1 for group in groups])
-    g = compliance(w, own, zeta)
-    columns = np.vstack([g, np.ones_like(w), (w / high) ** 2, -((low / w) ** 2), g[several] ** 2])
-    residue = np.zeros((len(columns), seats, seats))
-    for e, (i, j) in enumerate(zip(problem.rows, problem.columns, strict=True)):
-        A = (columns * problem.weight[e]).view(float).T
-        size = np.linalg.norm(A, axis=0)
-        solved = linalg.lstsq(A / size, (problem.H[e] * problem.weight[e]).view(float))[0] / size
-        residue[:, i, j] = residue[:, j, i] = solved
-    level = level_of(problem)
-    residue[:m] *= level[:, None] * level
-    slope = np.zeros((m, seats, seats))
-    slope[several] = residue[m + 3 :] * level[:, None] * level
-    inside = State(np.zeros((seats, 0)), np.zeros(0), np.zeros(0))
-    for k, group in enumerate(groups):
-        values = np.linalg.eigvalsh(residue[k])
-        rank, plain = (int((values > part * values[-1]).sum()) for part in (RANK, PLAINLY))
-        Phi, shift = repeated_modes(residue[k], slope[k], max(1, plain, min(len(group), rank)))
-        # a step to first order, no longer than the poles that were found are apart
-        most = 2 * own[k] ** 2 * ALIKE * zeta[k]
-        omega = np.sqrt(own[k] ** 2 + np.clip(shift, -most, most))
-        inside = inside.joined(State(Phi / level[:, None], omega, np.full(len(omega), zeta[k])))
-    return inside.joined(_above(residue[m], residue[m + 1] / high**2, high, float(np.median(zeta)) if m else 0.02))
-
-
-def repeated_modes(R: Array, slope: Array, few: int) -> tuple[Array, Array]:
-    """The modes of a repeated pole, or of nearly repeated ones: shapes (seats, few) and shifts of omega^2 (few,).
-
-    To first order, modes near one pole are R g + slope g^2 with R = Phi Phi' and slope = -Phi diag(shift) Phi'. Both
-    are diagonal in the right combination of the largest eigenvectors of R; where the pole is a repeated one, any is.
-    """
-    values, vectors = np.linalg.eigh(R)
-    half = vectors[:, -few:] * np.sqrt(np.maximum(values[-few:], 1e-9 * np.abs(values).max()))
-    inverse = half / (half**2).sum(axis=0)
-    shift, turn = np.linalg.eigh(-inverse.T @ slope @ inverse)
-    return half @ turn, shift
-
-
-def level_of(problem: Problem) -> Array:
-    """What brings all seats to one size, (seats,) [sqrt(N/m)]: else an eigenvector sees the one that moves most."""
-    return np.asarray(np.sqrt(np.median(problem.weight[problem.rows == problem.columns], axis=1)))
-
-
-def _above(U: Array, V: Array, high: float, zeta: float) -> State:
-    """One pseudo-mode a seat for the remainder U + V w^2: U = sum phi phi' / omega^2, V = sum phi phi' / omega^4.
-
-    Both are diagonal in the eigenvectors of V - lambda U, with lambda = 1 / omega^2; what noise made negative is cut.
-    """
-    values, vectors = np.linalg.eigh(U)
-    values = np.maximum(values, 1e-3 * np.abs(values).max() + np.finfo(float).tiny)
-    half = vectors * np.sqrt(values)
-    inverse = (vectors / np.sqrt(values)).T
-    squared, turn = np.linalg.eigh(inverse @ V @ inverse.T)
-    omega = 1 / np.sqrt(np.clip(squared, (20 * high) ** -2, (1.05 * high) ** -2))
-    return State(half @ turn * omega, omega, np.full(len(omega), zeta))
-
-
 def candidates(low: float, high: float, zeta: float) -> Array:
     """Frequencies at which a missing mode is looked for [rad/s]: below, in and above a band, as dense as zeta asks."""
     count = int(np.clip(np.log(high / low) / (2 * zeta), 20, 300))
     return np.concatenate([low * np.array(BELOW), np.geomspace(low, high, count), high * np.array(ABOVE)])
+
+
+def in_band(omega: Array, edges: tuple[float, float]) -> NDArray[np.bool_]:
+    """Which frequencies lie in the band."""
+    return (omega >= edges[0]) & (omega <= edges[1])
+
+
+def within(omega: Array, edges: tuple[float, float]) -> Array:
+    """Those frequencies that lie in the band."""
+    return omega[in_band(omega, edges)]
+
+
+def inside(state: State, edges: tuple[float, float]) -> NDArray[np.bool_]:
+    """Which modes are those of the band, (m,)."""
+    return in_band(state.omega, edges) & (state.zeta < REMAINDER)
+
+
+def without_weakest(problem: Problem, state: State, group: NDArray[np.intp]) -> State:
+    """The modes with one less in a group: its shapes are the strongest combinations of those that there are."""
+    level = level_of(problem)
+    Phi = state.Phi[:, group] * level[:, None]
+    square = float(np.mean(state.omega[group] ** 2))
+    slope = -(Phi * (state.omega[group] ** 2 - square)) @ Phi.T
+    shapes, shift = repeated_modes(Phi @ Phi.T, slope, len(group) - 1)
+    low, high = state.omega[group].min(), state.omega[group].max()
+    omega = np.clip(np.sqrt(np.maximum(square + shift, low**2)), low, high)
+    fewer = State(shapes / level[:, None], omega, np.full(len(omega), np.mean(state.zeta[group])))
+    return state.only(np.setdiff1d(np.arange(len(state.omega)), group)).joined(fewer)
 
 
 def missing_mode(
@@ -147,18 +102,15 @@ def missing_mode(
 
 def against(problem: Problem, state: State, own: Array, zeta: Array) -> tuple[Array, Array, Array]:
     """Of each candidate and entry: its squared norm, its product with the residuals, and with J, (c, entries, ...)."""
-    m, entries = len(state.omega), len(problem.rows)
     thin = problem.thinned()
     error = problem.weight * residuals(problem, state)
     match = compliance(problem.omega, own, zeta).view(float) @ error.view(float).T
-    new, basis = compliance(thin.omega, own, zeta), tangents(thin.omega, state).reshape(3 * m, -1)
+    new = compliance(thin.omega, own, zeta)
     size = (new.real**2 + new.imag**2) @ (thin.weight**2).T
-    product = np.empty((entries, len(own), m, 3))
-    for e, weight in enumerate(thin.weight):
-        product[e] = (new.view(float) @ (basis * weight**2).view(float).T).reshape(-1, m, 3)
-    # (e, m, c, 3) by (e, m, 3, parameters)
-    cross = np.matmul(product.transpose(0, 2, 1, 3), chain(state, problem.rows, problem.columns).transpose(0, 1, 3, 2))
-    return size, match, cross.transpose(2, 0, 3, 1).reshape(len(own), entries, -1)
+    cross = np.zeros((len(own), len(thin.rows), parameters(state)))
+    for e, part, index, J in jacobian(thin, state):
+        cross[:, e, index] += (new[:, part] * thin.weight[e, part]).view(float) @ J.view(float).T
+    return size, match, cross
 
 
 def bordered(problem: Problem, state: State, places: Array, zeta: Array) -> tuple[Array, Array]:

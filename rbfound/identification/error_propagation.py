@@ -12,7 +12,7 @@ are small against the distance of two poles; `monte_carlo` tells whether they ar
 import os
 from collections.abc import Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
 from rbfound.campbell_diagram import Campbell
-from rbfound.files import read_npz, replaced
+from rbfound.files import read_arrays, replaced
 from rbfound.frf import FRF
 from rbfound.identification.modal_fit import ModalFit, fit_modes
 from rbfound.machine import Machine, mount
@@ -183,7 +183,7 @@ def monte_carlo(
         return np.array(run(task, seeds, **bar)).reshape(count, len(poles))
     path = Path(kept)
     errors = 0.0 if fit.errors is None else fit.errors
-    data = (fit.Phi, fit.omega, fit.zeta, fit.noise, fit.band, fit.relative, errors, lines)
+    data = (fit.Phi, fit.omega, fit.C, fit.noise, fit.band, fit.relative, errors, lines)
     told = repr(
         [np.asarray(part).tobytes() for part in data] + [rotor, sorted(bearings.items()), speed, above, below, seed]
     )
@@ -196,9 +196,49 @@ def monte_carlo(
     return np.array(run(task, seeds, **bar, begun=begun, keep=keep)).reshape(count, len(poles))
 
 
+def without_window(fit: ModalFit, decay: float) -> ModalFit:
+    """A fit to FRFs under an exponential window, less what the window has added to each mode of the band.
+
+    H(i omega + decay) has the poles of H moved by -decay and the same shapes: omega'^2 = omega^2 + 2 zeta omega decay +
+    decay^2, zeta' omega' = zeta omega + decay. Pseudo-modes stay as they are. The covariance goes along.
+
+    Parameters
+    ----------
+    decay : [1/s]
+        As for `rbfound.measurement.averaging.spectra`.
+
+    Raises
+    ------
+    ValueError
+        When a mode has less damping than the window alone gives, or when damping couples the modes.
+    """
+    if fit.coupling is not None:
+        raise ValueError("The damping of this fit couples the modes: the window's part cannot be taken out of it.")
+    own = fit.inside
+    was, rest = fit.omega, fit.zeta * fit.omega - decay
+    if (rest[own] <= 0).any():
+        k = np.flatnonzero(own & (rest <= 0))[0]
+        raise ValueError(
+            f"The mode at {fit.frequency[k]:.4g} Hz decays with {fit.zeta[k] * was[k]:.3g} 1/s, the window alone with "
+            f"{decay:g} 1/s: no damping would be left. Was this window on the data?"
+        )
+    omega = np.where(own, np.sqrt(was**2 - 2 * fit.zeta * was * decay + decay**2), was)
+    zeta = np.where(own, rest / omega, fit.zeta)
+    # derivatives of log omega and log zeta by those of the fit
+    both = np.where(own, decay * fit.zeta * was / omega**2, 0)
+    frequency = np.where(own, (was / omega) ** 2, 1) - both
+    swing = np.where(own, fit.zeta * was / np.where(own, rest, 1), 1)
+    n, m = fit.Phi.size, len(was)
+    J = np.eye(n + 2 * m)
+    at, behind = n + np.arange(m), n + m + np.arange(m)
+    J[at, at], J[at, behind] = frequency, -both
+    J[behind, at], J[behind, behind] = np.where(own, swing - frequency, 0), swing + both
+    return replace(fit, omega=omega, zeta=zeta, covariance=J @ fit.covariance @ J.T)
+
+
 def _begun(path: Path, asked: str) -> list[Complex]:
     """The poles that an earlier `monte_carlo` kept, if it was asked the same."""
-    stored = read_npz(path, ("asked", "poles"))
+    stored = read_arrays(path, ("asked", "poles"))[0]
     if "poles" not in stored or str(stored.get("asked")) != asked:
         raise ValueError(f"{path} is not of this fit, rotor, speed and seed: name another file, or remove it.")
     return list(stored["poles"])
@@ -229,12 +269,13 @@ def _slopes(fit: ModalFit, machine: Machine, speed: float, pole: complex) -> tup
     """Derivatives of a pole by the parameters of the fit in the order of its covariance, and by the speed."""
     n = len(machine.mesh.M)
     on = machine.foundation
-    if on is None or not np.array_equal(on.B, fit.Phi) or not np.array_equal(np.diag(on.K), fit.omega**2):
+    if on is None or not np.array_equal(on.B, fit.Phi) or not np.array_equal(on.C, fit.C):
         raise ValueError("The machine does not stand on this fit: mount the rotor on fit.foundation().")
     C = machine.C + speed * machine.G
     left, _, right = np.linalg.svd(pole**2 * machine.M + pole * C + machine.K)
     psi, phi = left[:, -1].conj(), right[-1].conj()
     rate = psi @ (2 * pole * machine.M + C) @ phi
+    turning = psi @ machine.G @ phi
     # forces of the bearings upon the seats in either motion
     before, behind = np.zeros((2, len(fit.Phi)), dtype=complex)
     for k, (z, bearing) in enumerate(machine.bearings.items()):
@@ -244,11 +285,15 @@ def _slopes(fit: ModalFit, machine: Machine, speed: float, pole: complex) -> tup
             tied @ (v[node : node + 2] - fit.Phi[seat] @ v[n:]) for tied, v in ((Z.T, psi), (Z, phi))
         )
     of_shapes = np.outer(behind, psi[n:]) + np.outer(before, phi[n:])
-    own = psi[n:] * phi[n:]
-    of_damping = -own * pole * 2 * fit.zeta * fit.omega
-    of_frequency = -own * 2 * fit.omega**2 + of_damping
+    psi, phi = psi[n:], phi[n:]
+    of_damping = -pole / 2 * (psi * (fit.C @ phi) + (fit.C @ psi) * phi)
+    of_frequency = -2 * psi * phi * fit.omega**2 + of_damping
     moved = np.concatenate([of_shapes.ravel(), of_frequency, of_damping])
-    return moved / rate, complex(-pole * (psi @ machine.G @ phi) / rate)
+    if fit.coupling is not None:
+        half = np.sqrt(2 * fit.zeta * fit.omega)
+        both = np.outer(half * psi, half * phi)
+        moved = np.concatenate([moved, -pole * (both + both.T)[np.tril_indices(len(half), -1)]])
+    return moved / rate, complex(-pole * turning / rate)
 
 
 def _again(

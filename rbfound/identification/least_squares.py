@@ -7,6 +7,7 @@ frequency, so that a step of log omega alone leaves phi / omega as it is. What a
 phi phi' / omega^2: along such a step it hardly changes, and the valley in which the search creeps is nearly straight.
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from scipy import linalg
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Piece = tuple[int, slice, NDArray[np.intp], Complex]
 
 # Bounds of the damping ratio of any mode, and of its frequency in parts of the band's lower and upper edge: what lies
 # beyond cannot be told from a mass or from a spring.
@@ -36,9 +38,8 @@ CAREFUL, SURE = 1e-3, 1e-6
 # No mode comes nearer to an edge of the band than this part of it.
 APART = 1e-6
 
-# Poles that are nearer to each other than this part of their damping -Re lambda are one repeated pole to the
-# data: noise or rounding decides which combination of the shapes belongs to which of them.
-ALIKE = 0.3
+# What is added to a damping matrix that is to have a Cholesky factor, as a part of it.
+SINGULAR = 1e-9
 
 # Lines in one piece of the normal equations: keeps what is in memory at a time to a few megabytes.
 BATCH = 2048
@@ -84,36 +85,52 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Modes: Phi (seats, m) [1/sqrt(kg)], omega (m,) [rad/s], zeta (m,) [-]."""
+    """Modes: Phi (seats, m) [1/sqrt(kg)], omega (m,) [rad/s], zeta (m,) [-], and how their damping is coupled.
+
+    C = S R S, S = diag(sqrt(2 zeta omega)): of a passive foundation R is positive semidefinite with ones on its
+    diagonal. R = U U' with rows of length one, each of which points along [V_a1, V_a2, ..., 1, 0, ...]. An entry of V
+    (m, m) that is zero stays zero. Without V, R = I: modal damping.
+    """
 
     Phi: Array
     omega: Array
     zeta: Array
+    V: Array | None = None
+
+    @property
+    def U(self) -> Array:
+        """Lower triangular, its rows of length one, (m, m)."""
+        U = np.eye(len(self.omega)) + (0 if self.V is None else self.V)
+        return np.asarray(U / np.linalg.norm(U, axis=1, keepdims=True))
+
+    @property
+    def C(self) -> Array:
+        """Damping matrix, (m, m) [1/s]."""
+        half = np.sqrt(2 * self.zeta * self.omega)[:, None] * self.U
+        return np.asarray(half @ half.T)
 
     def only(self, keep: NDArray[np.intp] | NDArray[np.bool_]) -> "State":
         """Some of the modes, or all in another order."""
-        return State(self.Phi[:, keep], self.omega[keep], self.zeta[keep])
+        V = None
+        if self.V is not None:
+            R = (self.U @ self.U.T)[keep][:, keep]
+            L = np.linalg.cholesky((1 - SINGULAR) * R + SINGULAR * np.eye(len(R)))
+            V = np.tril(L / np.diag(L)[:, None], -1)
+        return State(self.Phi[:, keep], self.omega[keep], self.zeta[keep], V)
 
     def joined(self, other: "State") -> "State":
         """These modes and then the others."""
+        V = None
+        if self.V is not None:
+            m = len(self.omega)
+            V = np.zeros((m + len(other.omega),) * 2)
+            V[:m, :m] = self.V
         return State(
             np.hstack([self.Phi, other.Phi]),
             np.concatenate([self.omega, other.omega]),
             np.concatenate([self.zeta, other.zeta]),
+            V,
         )
-
-
-def groups_of(poles: Complex, alike: float = ALIKE) -> list[NDArray[np.intp]]:
-    """Indices of the poles that cannot be told from a repeated pole, group by group, ascending in frequency.
-
-    Neighbours belong together when they are nearer than `alike` times the damping -Re lambda of the lighter one.
-    """
-    order = np.argsort(np.abs(poles))
-    if not len(order):
-        return []
-    damping, apart = -poles.real[order], np.abs(np.diff(poles[order]))
-    ends = np.flatnonzero(apart >= alike * np.minimum(damping[1:], damping[:-1])) + 1
-    return np.split(order, ends)
 
 
 def problem_of(omega: Array, H: Complex, relative: bool = True, errors: Array | None = None) -> Problem:
@@ -154,21 +171,24 @@ def compliance(omega: Array, own: Array, zeta: Array) -> Complex:
     return g
 
 
-def tangents(omega: Array, state: State) -> Complex:
-    """Compliance of each mode and the derivatives of phi phi' g by log omega and log zeta, over phi phi', (m, 3, n)."""
-    own, zeta = state.omega[:, None], state.zeta[:, None]
-    g = compliance(omega, state.omega, state.zeta)
-    damper = 2j * zeta * own * omega
-    # 2 g: with log omega the shape grows too
-    square = g * g
-    return np.stack([g, 2 * g - square * (2 * own**2 + damper), -square * damper], axis=1)
+def responses(omega: Array, state: State) -> Complex:
+    """Modal coordinates under a unit force at each seat, (seats, m, n)."""
+    if state.V is None:
+        return np.asarray(state.Phi[:, :, None] * compliance(omega, state.omega, state.zeta))
+    D = 1j * omega[:, None, None] * state.C
+    D[:, range(len(state.omega)), range(len(state.omega))] += state.omega**2 - omega[:, None] ** 2
+    return np.ascontiguousarray(np.linalg.solve(D, np.broadcast_to(state.Phi.T + 0j, (len(D), *state.Phi.T.shape))).T)
 
 
 def receptances(problem: Problem, state: State) -> Complex:
     """The model's entries on the problem's lines, (entries, n)."""
-    g = compliance(problem.omega, state.omega, state.zeta)
-    # real times complex as real times real: a quarter of the work
-    return ((state.Phi[problem.rows] * state.Phi[problem.columns]) @ g.view(float)).view(complex)
+    if state.V is None:
+        g = compliance(problem.omega, state.omega, state.zeta)
+        # real times complex as real times real: a quarter of the work
+        return ((state.Phi[problem.rows] * state.Phi[problem.columns]) @ g.view(float)).view(complex)
+    X = responses(problem.omega, state)
+    H = (state.Phi @ X.view(float)).view(complex)
+    return np.asarray(H[problem.columns, problem.rows])
 
 
 def residuals(problem: Problem, state: State) -> Complex:
@@ -182,56 +202,71 @@ def cost(problem: Problem, state: State) -> float:
     return float(np.vdot(r, r).real)
 
 
-def curvature(problem: Problem, state: State) -> Array:
-    """J'J, with J the derivative of the weighted model, over the nodes if the problem has them.
+def jacobian(problem: Problem, state: State) -> Iterator[Piece]:
+    """Entry by entry, in pieces of lines: the parameters it depends on, and weighted derivatives by them, (k, lines).
 
-    Entry (i, j) depends on phi_i, phi_j, omega and zeta only, through the three tangents of each mode; so that the sums
-    over the lines are those of 3 m columns, whatever the number of seats.
+    With X the modal coordinates, H_ij = phi_i' x_j, and a change of D = K - w^2 + i w C makes -x_i' dD x_j of it.
     """
-    problem = problem.thinned()
-    entries, m = len(problem.rows), len(state.omega)
-    gram = np.zeros((entries, 3 * m, 3 * m))
-    for part in _batches(problem):
-        basis = tangents(problem.omega[part], state).reshape(3 * m, -1)
-        for e, weight in enumerate(problem.weight[:, part]):
-            weighted = (basis * weight).view(float)
-            gram[e] += weighted @ weighted.T
-    C = chain(state, problem.rows, problem.columns)
-    parameters = C.shape[2]
-    # the parameters take the place of the tangents, first on one side, then on the other
-    half = np.matmul(C, gram.reshape(entries, m, 3, 3 * m)).reshape(entries, m * parameters, m, 3)
-    half = half.transpose(2, 1, 0, 3).reshape(m, m * parameters, 3 * entries)
-    other = C.transpose(1, 0, 3, 2).reshape(m, 3 * entries, parameters)
-    N = np.matmul(half, other).reshape(m, m, parameters, parameters).transpose(2, 1, 3, 0)
-    return N.reshape(parameters * m, parameters * m)
-
-
-def gradient(problem: Problem, state: State, error: Complex) -> Array:
-    """J'error for a weighted error (entries, n) on all lines: (parameters,)."""
-    entries, m = len(problem.rows), len(state.omega)
-    along = np.zeros((entries, 3 * m))
-    for part in _batches(problem):
-        basis = tangents(problem.omega[part], state).reshape(3 * m, -1)
-        # real parts times real parts and imaginary parts times imaginary parts, summed over the lines
-        along += (problem.weight[:, part] * error[:, part]).view(float) @ basis.view(float).T
-    out = np.matmul(chain(state, problem.rows, problem.columns), along.reshape(entries, m, 3, 1))
-    return out.sum(axis=0)[..., 0].T.ravel()
-
-
-def _batches(problem: Problem) -> list[slice]:
-    return [slice(start, start + BATCH) for start in range(0, len(problem.omega), BATCH)]
-
-
-def chain(state: State, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> Array:
-    """How each entry depends on the parameters of each mode through its tangents, (entries, m, seats + 2, 3)."""
     seats, m = state.Phi.shape
-    C = np.zeros((len(rows), m, seats + 2, 3))
-    every = np.arange(len(rows))
-    C[every, :, rows, 0] = state.Phi[columns]
-    # on the diagonal both are the same parameter
-    C[every, :, columns, 0] += state.Phi[rows]
-    C[:, :, seats, 1] = C[:, :, seats + 1, 2] = state.Phi[rows] * state.Phi[columns]
-    return C
+    U = state.U
+    a, b = np.nonzero(state.V) if state.V is not None else (np.zeros(0, dtype=int),) * 2
+    part_of = U[a, b][:, None]
+    length = np.diag(U)[a][:, None]
+    inner = seats * m + np.arange(2 * m + len(a))
+    root = np.sqrt(2 * state.zeta * state.omega)[:, None]
+    for start in range(0, len(problem.omega), BATCH):
+        part = slice(start, start + BATCH)
+        w = problem.omega[part]
+        X = responses(w, state)
+        force = -1j * w * root
+        forced = -2 * (state.omega**2)[:, None]
+        S = root * X
+        Y = S if state.V is None else (U.T @ S.view(float)).view(complex)
+        T = S if state.V is None else (U @ Y.view(float)).view(complex)
+        for e, (i, j) in enumerate(zip(problem.rows, problem.columns, strict=True)):
+            x, y = X[i], X[j]
+            J = np.empty((m * (1 + (i != j)) + len(inner), len(w)), dtype=complex)
+            k = len(J) - len(inner)
+            J[:m] = y if i != j else 2 * y
+            if i != j:
+                J[m:k] = x
+            damped = J[k + m : k + 2 * m]
+            np.multiply(x, T[j], out=damped)
+            damped += T[i] * y
+            damped *= force / 2
+            J[k : k + m] = (forced * x + state.Phi[i][:, None]) * y
+            J[k : k + m] += state.Phi[j][:, None] * x
+            J[k : k + m] += damped
+            if len(a):
+                turned = x[a] * (Y[j][b] - part_of * T[j][a])
+                turned += y[a] * (Y[i][b] - part_of * T[i][a])
+                J[k + 2 * m :] = turned * (force[a] * length)
+            J *= problem.weight[e, part]
+            of_shapes = np.arange(i * m, (i + 1) * m)
+            if i != j:
+                of_shapes = np.concatenate([of_shapes, np.arange(j * m, (j + 1) * m)])
+            yield e, part, np.concatenate([of_shapes, inner]), J
+
+
+def curvature(problem: Problem, state: State, pieces: Iterable[Piece] | None = None) -> Array:
+    """J'J, with J the derivative of the weighted model, over the nodes if the problem has them."""
+    N = np.zeros((parameters(state),) * 2)
+    for _, _, index, J in pieces or jacobian(problem.thinned(), state):
+        N[index[:, None], index] += J.view(float) @ J.view(float).T
+    return N
+
+
+def gradient(problem: Problem, state: State, error: Complex, pieces: Iterable[Piece] | None = None) -> Array:
+    """J'error for a weighted error (entries, n) on all lines: (parameters,)."""
+    b = np.zeros(parameters(state))
+    for e, part, index, J in pieces or jacobian(problem, state):
+        b[index] += J.view(float) @ np.ascontiguousarray(error[e, part]).view(float)
+    return b
+
+
+def parameters(state: State) -> int:
+    """How many there are."""
+    return state.Phi.size + 2 * len(state.omega) + (0 if state.V is None else int(np.count_nonzero(state.V)))
 
 
 def refine(
@@ -263,13 +298,17 @@ def refine(
     factor = 2.0
     error, thin = residuals(problem, state), problem.thinned()
     now = float(np.vdot(error, error).real)
-    own = np.ones(len(state.omega), dtype=bool) if held is None else ~held
-    free = np.flatnonzero(np.concatenate([np.ones(state.Phi.size, dtype=bool), own, own]))
+    moving = np.ones(parameters(state), dtype=bool)
+    if held is not None:
+        moving[state.Phi.size : state.Phi.size + 2 * len(held)] = np.tile(~held, 2)
+    free = np.flatnonzero(moving)
     # zero where nothing moves
-    whole = np.zeros(state.Phi.size + 2 * len(own))
+    whole = np.zeros(len(moving))
     # without a mode there is nothing to move
     for _ in range(iterations if len(state.omega) else 0):
-        N, b = curvature(problem, state)[np.ix_(free, free)], gradient(problem, state, error)[free]
+        pieces = list(jacobian(thin, state))
+        N = curvature(thin, state, pieces)[np.ix_(free, free)]
+        b = gradient(problem, state, error, pieces if thin is problem else None)[free]
         scale = scale_of(N)
         N /= scale[:, None] * scale
         here = receptances(thin, state)
@@ -277,7 +316,7 @@ def refine(
             lower = _factor(N + damping * np.eye(len(N)))
             step = linalg.lapack.dpotrs(lower, b / scale, lower=1)[0]
             whole[free] = step / scale
-            bend = gradient(thin, state, _bend(thin, state, here, whole))[free]
+            bend = gradient(thin, state, _bend(thin, state, here, whole), pieces)[free]
             turn = linalg.lapack.dpotrs(lower, bend / scale, lower=1)[0] / 2
             straight = np.linalg.norm(turn) > STRAIGHT * np.linalg.norm(step)
             whole[free] = (step if straight else step + turn) / scale
@@ -326,7 +365,12 @@ def moved(problem: Problem, state: State, step: Array) -> State:
     things, and a first step is easily too long.
     """
     seats, m = state.Phi.shape
-    shapes, frequency, damping = step[: seats * m], step[seats * m : -m], step[-m:]
+    shapes, frequency, damping, coupling = np.split(step, [seats * m, (seats + 1) * m, (seats + 2) * m])
+    V = None
+    if state.V is not None:
+        V = state.V.copy()
+        # zero would stay zero
+        V[V != 0] += np.where(coupling == -V[V != 0], SINGULAR, np.clip(coupling, -1, 1))
     low, high = problem.edges
     omega = state.omega * np.exp(np.clip(frequency, -0.5, 0.5))
     for edge in (low, high):
@@ -339,6 +383,7 @@ def moved(problem: Problem, state: State, step: Array) -> State:
         (state.Phi + shapes.reshape(seats, m)) * (omega / state.omega),
         omega,
         np.clip(state.zeta * np.exp(np.clip(damping, -1, 1)), LIGHT, HEAVY),
+        V,
     )
 
 

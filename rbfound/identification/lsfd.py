@@ -15,8 +15,8 @@ from scipy import linalg
 
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF, SEATS
-from rbfound.identification.least_squares import problem_of
-from rbfound.identification.plscf import lines_in, stabilisation, stable_poles
+from rbfound.identification.least_squares import Problem, State, compliance, problem_of
+from rbfound.identification.plscf import ALIKE, groups_of, lines_in, stabilisation, stable_poles
 from rbfound.units import hertz, radians
 
 Array = NDArray[np.float64]
@@ -31,6 +31,15 @@ SURE = 3.0
 
 # Directions in which the remainder is smaller than this part of its largest give are left out.
 NOTHING = 1e-6
+
+
+# Of nearly alike poles each stands for a mode if the residue that they share has that many eigenvalues above this part
+# of the largest. Where the second is a larger part, a pole that was found once is a repeated one: neither noise nor a
+# remainder that is not yet known leaves as much.
+RANK, PLAINLY = 1e-6, 0.5
+
+# Where pseudo-modes below the band start, as a part of its lower edge, and their damping ratio.
+FREE = (0.5, 0.2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,6 +259,83 @@ def lscf(
     part, band = lines_in(frf, band)
     poles, _ = stable_poles(stabilisation(part, orders), share)
     return fit_residues(part, poles, band=band, lower=lower, upper=upper).foundation()
+
+
+def first_modes(problem: Problem, poles: Complex, *, below: bool = False) -> State:
+    """Modes at known poles with the shapes that linear least squares gives them, and one pseudo-mode a seat above.
+
+    With `below`, what lies below the band is as many pseudo-modes, heavily damped as those of a body on soft springs.
+
+    Each entry is a real combination of the modes' compliances, of a remainder U + V w^2 of what lies above the band and
+    of one -L / w^2 of what lies below. The largest eigenvector of a mode's symmetric residue is its shape. Poles that
+    cannot be told from a repeated one have a residue together, and `repeated_modes` tells them apart.
+    """
+    groups = groups_of(poles)
+    mean = np.array([poles[group].mean() for group in groups], dtype=complex)
+    own, zeta = np.abs(mean), np.clip(-mean.real / np.abs(mean), 1e-4, 0.3)
+    seats, m = int(problem.rows.max()) + 1, len(mean)
+    low, high = problem.edges
+    w = problem.omega
+    several = np.flatnonzero([len(group) > 1 for group in groups])
+    g = compliance(w, own, zeta)
+    columns = np.vstack([g, np.ones_like(w), (w / high) ** 2, -((low / w) ** 2), g[several] ** 2])
+    residue = np.zeros((len(columns), seats, seats))
+    for e, (i, j) in enumerate(zip(problem.rows, problem.columns, strict=True)):
+        A = (columns * problem.weight[e]).view(float).T
+        size = np.linalg.norm(A, axis=0)
+        solved = linalg.lstsq(A / size, (problem.H[e] * problem.weight[e]).view(float))[0] / size
+        residue[:, i, j] = residue[:, j, i] = solved
+    level = level_of(problem)
+    residue[:m] *= level[:, None] * level
+    slope = np.zeros((m, seats, seats))
+    slope[several] = residue[m + 3 :] * level[:, None] * level
+    inside = State(np.zeros((seats, 0)), np.zeros(0), np.zeros(0))
+    for k, group in enumerate(groups):
+        values = np.linalg.eigvalsh(residue[k])
+        rank, plain = (int((values > part * values[-1]).sum()) for part in (RANK, PLAINLY))
+        Phi, shift = repeated_modes(residue[k], slope[k], max(1, plain, min(len(group), rank)))
+        # a step to first order, no longer than the poles that were found are apart
+        most = 2 * own[k] ** 2 * ALIKE * zeta[k]
+        omega = np.sqrt(own[k] ** 2 + np.clip(shift, -most, most))
+        inside = inside.joined(State(Phi / level[:, None], omega, np.full(len(omega), zeta[k])))
+    if below:
+        values, vectors = np.linalg.eigh(residue[m + 2])
+        Phi = vectors[:, values > 0] * np.sqrt(values[values > 0]) * low
+        count = Phi.shape[1]
+        inside = inside.joined(State(Phi / level[:, None], np.full(count, FREE[0] * low), np.full(count, FREE[1])))
+    return inside.joined(_above(residue[m], residue[m + 1] / high**2, high, float(np.median(zeta)) if m else 0.02))
+
+
+def repeated_modes(R: Array, slope: Array, few: int) -> tuple[Array, Array]:
+    """The modes of a repeated pole, or of nearly repeated ones: shapes (seats, few) and shifts of omega^2 (few,).
+
+    To first order, modes near one pole are R g + slope g^2 with R = Phi Phi' and slope = -Phi diag(shift) Phi'. Both
+    are diagonal in the right combination of the largest eigenvectors of R; where the pole is a repeated one, any is.
+    """
+    values, vectors = np.linalg.eigh(R)
+    half = vectors[:, -few:] * np.sqrt(np.maximum(values[-few:], 1e-9 * np.abs(values).max()))
+    inverse = half / (half**2).sum(axis=0)
+    shift, turn = np.linalg.eigh(-inverse.T @ slope @ inverse)
+    return half @ turn, shift
+
+
+def level_of(problem: Problem) -> Array:
+    """What brings all seats to one size, (seats,) [sqrt(N/m)]: else an eigenvector sees the one that moves most."""
+    return np.asarray(np.sqrt(np.median(problem.weight[problem.rows == problem.columns], axis=1)))
+
+
+def _above(U: Array, V: Array, high: float, zeta: float) -> State:
+    """One pseudo-mode a seat for the remainder U + V w^2: U = sum phi phi' / omega^2, V = sum phi phi' / omega^4.
+
+    Both are diagonal in the eigenvectors of V - lambda U, with lambda = 1 / omega^2; what noise made negative is cut.
+    """
+    values, vectors = np.linalg.eigh(U)
+    values = np.maximum(values, 1e-3 * np.abs(values).max() + np.finfo(float).tiny)
+    half = vectors * np.sqrt(values)
+    inverse = (vectors / np.sqrt(values)).T
+    squared, turn = np.linalg.eigh(inverse @ V @ inverse.T)
+    omega = 1 / np.sqrt(np.clip(squared, (20 * high) ** -2, (1.05 * high) ** -2))
+    return State(half @ turn * omega, omega, np.full(len(omega), zeta))
 
 
 def _checked(poles: ArrayLike) -> Complex:

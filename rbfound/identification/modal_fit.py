@@ -13,16 +13,17 @@ from numpy.typing import NDArray
 
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF, SEATS
+from rbfound.identification.added_modes import inside
 from rbfound.identification.decimation import compressed
 from rbfound.identification.least_squares import (
     SURE,
     Complex,
     Problem,
     State,
-    compliance,
     cost,
     noise_of,
     problem_of,
+    receptances,
     refine,
 )
 from rbfound.identification.model_order import (
@@ -30,9 +31,9 @@ from rbfound.identification.model_order import (
     FINEST,
     completed,
     counted,
+    coupled,
     covariance_of,
     doubtful,
-    inside,
     pruned,
     reweighted,
     scale_of_data,
@@ -76,7 +77,8 @@ class ModalFit:
     unsure : (m,) bool
         Modes of the band that the data hardly determine.
     covariance : (p, p)
-        Of phi (seats, m) row by row, log omega (m,), log zeta (m,): the noise through the linearised fit.
+        Of phi (seats, m) row by row, log omega (m,), log zeta (m,), and of the entries of the coupling below its
+        diagonal, if there is any, row by row: the noise through the linearised fit.
     noise : float
         Standard deviation of the complex error of one FRF, as a part of |H| (relative=False: [m/N]; with errors: of
         these, and no less than 1), estimated from its change from line to line.
@@ -89,6 +91,8 @@ class ModalFit:
         Those that were given, or those that neighbouring lines tell, on the lines of the band.
     told : (low, high)
         If the lines told them: what part of |H| they are, but for a tenth of them at either end.
+    coupling : (m, m)
+        C_ab over the root of C_aa C_bb, where damping couples the modes: dashpots, isolators and soil do that.
     """
 
     Phi: Array
@@ -104,6 +108,13 @@ class ModalFit:
     relative: bool = True
     errors: Array | None = None
     told: tuple[float, float] | None = None
+    coupling: Array | None = None
+
+    @property
+    def C(self) -> Array:
+        """Damping matrix [1/s], (m, m)."""
+        own = 2 * self.zeta * self.omega
+        return np.diag(own) if self.coupling is None else np.sqrt(own)[:, None] * self.coupling * np.sqrt(own)
 
     @property
     def frequency(self) -> Array:
@@ -119,7 +130,8 @@ class ModalFit:
 
     def foundation(self) -> Foundation:
         """The fit as a foundation, with notes on how good it is."""
-        return modal_foundation(self.Phi, self.omega, self.zeta, self.labels, _notes(self))
+        made = modal_foundation(self.Phi, self.omega, self.zeta, self.labels, _notes(self))
+        return replace(made, C=self.C)
 
 
 def identify(
@@ -186,9 +198,12 @@ def fit_modes(
     edges = problem.edges
     zeta = float(np.clip(np.median(-poles.real / np.abs(poles)), 2e-3, 0.05)) if len(poles) else 0.02
     problem = compressed(problem, poles, relative, FINEST * scale_of_data(problem))
-    state = completed(problem, started(problem, poles, zeta, MOST), zeta, MOST)
+    state = completed(
+        problem, started(problem, poles, zeta, MOST), zeta, MOST, lambda: coupled(problem, poles, zeta, MOST)
+    )
     _check_any(len(state.omega), band)
-    state = uncrowded(problem, state)
+    if state.V is None:
+        state = uncrowded(problem, state)
     suspects = inside(state, edges) & doubtful(problem, state, *_deviation(problem, state))
     state = pruned(problem, state, np.flatnonzero(suspects))
     _check_any(len(state.omega), band)
@@ -200,7 +215,8 @@ def fit_modes(
     small = ENOUGH * variance_of(problem, state)
     for lines in (problem.thinned(), problem):
         state, _ = refine(lines, state, small=small, damping=SURE, iterations=40, held=~inside(state, edges))
-    state = state.only(np.argsort(state.omega))
+    if state.V is None:
+        state = state.only(np.argsort(state.omega))
     _check_any(int(inside(state, edges).sum()), band)
     _check_near(problem, state, band)
     return replace(_judged(problem, part, state, band, relative, errors), told=told)
@@ -283,9 +299,8 @@ def _judged(
     covariance, spread = covariance_of(problem, state)
     deviation = np.sqrt(np.maximum(np.diag(covariance), 0))
     own = inside(state, problem.edges)
-    model = np.einsum(
-        "im,jm,mn->nij", state.Phi, state.Phi, compliance(problem.omega, state.omega, state.zeta), optimize=True
-    )
+    model = np.zeros_like(part.H)
+    model[:, problem.rows, problem.columns] = model[:, problem.columns, problem.rows] = receptances(problem, state).T
     # the weight of one measurement: that of the mean of two is larger
     one = np.zeros(part.H.shape)
     both = np.where(problem.rows == problem.columns, 1.0, problem.averaging)[:, None]
@@ -295,19 +310,30 @@ def _judged(
     misfit = np.sqrt(np.mean(np.abs((part.H - model) * one) ** 2, axis=0)) / unit
     noise = noise_of(problem, state) / unit
     unsure = own & doubtful(problem, state, deviation, spread)
+    order = np.argsort(state.omega, kind="stable")
+    seats, m = state.Phi.shape
+    places = [*(k * m + order for k in range(seats + 2))]
+    coupling = None
+    if state.V is not None:
+        coupling = (state.U @ state.U.T)[order][:, order]
+        pairs = np.zeros((m, m), dtype=int)
+        pairs[np.tril_indices(m, -1)] = (seats + 2) * m + np.arange(m * (m - 1) // 2)
+        places.append((pairs + pairs.T)[order][:, order][np.tril_indices(m, -1)])
+    index = np.concatenate(places)
     return ModalFit(
-        state.Phi,
-        state.omega,
-        state.zeta,
-        own,
-        unsure,
-        covariance,
+        state.Phi[:, order],
+        state.omega[order],
+        state.zeta[order],
+        own[order],
+        unsure[order],
+        covariance[index[:, None], index],
         noise,
         misfit,
         band,
         part.labels,
         relative,
         errors,
+        coupling=coupling,
     )
 
 
@@ -328,6 +354,11 @@ def _notes(fit: ModalFit) -> tuple[str, ...]:
     notes = [
         f"Identified from {fit.band[0]:g} to {fit.band[1]:g} Hz: {fit.inside.sum()} modes in the band, {modes}; "
         f"{(~fit.inside).sum()} pseudo-modes stand for what lies outside it and mean nothing one by one.",
+        *(
+            ["Damping couples the modes, as that of dashpots, isolators and soil does: C is full, mode shapes complex."]
+            if fit.coupling is not None
+            else []
+        ),
         f"Misfit, root mean square over the lines: {told(float(np.sqrt(np.mean(fit.misfit**2))))} over all FRFs, at "
         f"the worst {told(float(fit.misfit.max()))} (response {fit.labels[worst[0]]}, force {fit.labels[worst[1]]}); "
         f"the noise is estimated to be {told(fit.noise)}.",
@@ -347,41 +378,3 @@ def _notes(fit: ModalFit) -> tuple[str, ...]:
         for k in np.flatnonzero(fit.unsure)
     ]
     return tuple(notes)
-
-
-def without_window(fit: ModalFit, decay: float) -> ModalFit:
-    """A fit to FRFs under an exponential window, less what the window has added to each mode of the band.
-
-    H(i omega + decay) has the poles of H moved by -decay and the same shapes: omega'^2 = omega^2 + 2 zeta omega decay +
-    decay^2, zeta' omega' = zeta omega + decay. Pseudo-modes stay as they are. The covariance goes along.
-
-    Parameters
-    ----------
-    decay : [1/s]
-        As for `rbfound.measurement.averaging.spectra`.
-
-    Raises
-    ------
-    ValueError
-        When a mode has less damping than the window alone gives.
-    """
-    own = fit.inside
-    was, rest = fit.omega, fit.zeta * fit.omega - decay
-    if (rest[own] <= 0).any():
-        k = np.flatnonzero(own & (rest <= 0))[0]
-        raise ValueError(
-            f"The mode at {fit.frequency[k]:.4g} Hz decays with {fit.zeta[k] * was[k]:.3g} 1/s, the window alone with "
-            f"{decay:g} 1/s: no damping would be left. Was this window on the data?"
-        )
-    omega = np.where(own, np.sqrt(was**2 - 2 * fit.zeta * was * decay + decay**2), was)
-    zeta = np.where(own, rest / omega, fit.zeta)
-    # derivatives of log omega and log zeta by those of the fit
-    both = np.where(own, decay * fit.zeta * was / omega**2, 0)
-    frequency = np.where(own, (was / omega) ** 2, 1) - both
-    swing = np.where(own, fit.zeta * was / np.where(own, rest, 1), 1)
-    n, m = fit.Phi.size, len(was)
-    J = np.eye(n + 2 * m)
-    at, behind = n + np.arange(m), n + m + np.arange(m)
-    J[at, at], J[at, behind] = frequency, -both
-    J[behind, at], J[behind, behind] = np.where(own, swing - frequency, 0), swing + both
-    return replace(fit, omega=omega, zeta=zeta, covariance=J @ fit.covariance @ J.T)

@@ -1,5 +1,6 @@
 """How many modes a fit has: added where one is missing, taken away where noise would do as well."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,10 +12,11 @@ from rbfound.identification.added_modes import (
     SPARE,
     arranged,
     candidates,
-    first_modes,
-    level_of,
+    in_band,
+    inside,
     missing_mode,
-    repeated_modes,
+    within,
+    without_weakest,
 )
 from rbfound.identification.least_squares import (
     CAREFUL,
@@ -28,18 +30,20 @@ from rbfound.identification.least_squares import (
     compliance,
     cost,
     curvature,
-    groups_of,
     noise_of,
+    parameters,
     receptances,
     refine,
     scale_of,
     size_of,
 )
+from rbfound.identification.lsfd import first_modes
+from rbfound.identification.plscf import groups_of
 from rbfound.units import hertz
 
 
 def covariance_of(problem: Problem, state: State) -> tuple[Array, float]:
-    """Covariance of phi, log omega, log zeta, and the standard deviation of a complex weighted residual."""
+    """Covariance of phi, log omega, log zeta and, of coupled damping, R_ab with a > b; the spread of a residual."""
     N = curvature(problem, state)
     variance = _variance(problem, state)
     turn = _to_shapes(state)
@@ -49,8 +53,7 @@ def covariance_of(problem: Problem, state: State) -> tuple[Array, float]:
 def _variance(problem: Problem, state: State) -> float:
     """Of the real part of a weighted residual; the imaginary part has the same."""
     numbers = 2 * problem.H.size
-    parameters = state.Phi.size + 2 * len(state.omega)
-    return cost(problem, state) / max(numbers - parameters, 1)
+    return cost(problem, state) / max(numbers - parameters(state), 1)
 
 
 def _inverse(N: Array) -> Array:
@@ -59,11 +62,19 @@ def _inverse(N: Array) -> Array:
 
 
 def _to_shapes(state: State) -> Array:
-    """From shapes relative to their frequency, as the fit has them, to shapes."""
+    """From shapes relative to their frequency, as the fit has them, to shapes; and from V to R = U U'."""
     seats, m = state.Phi.shape
-    turn = np.eye((seats + 2) * m)
+    n = (seats + 2) * m
+    rows, columns = np.tril_indices(m, -1) if state.V is not None else (np.zeros(0, dtype=int),) * 2
+    turn = np.zeros((n + len(rows), parameters(state)))
+    turn[:n, :n] = np.eye(n)
     for i, row in enumerate(state.Phi):
-        turn[i * m : (i + 1) * m, seats * m : -m] = np.diag(row)
+        turn[i * m : (i + 1) * m, seats * m : (seats + 1) * m] = np.diag(row)
+    if state.V is not None:
+        U = state.U
+        for k, (a, b) in enumerate(zip(*np.nonzero(state.V), strict=True)):
+            along = U @ (U[a, a] * (np.eye(m)[b] - U[a, b] * U[a]))
+            turn[n:, n + k] = np.where(rows == a, along[columns], 0) + np.where(columns == a, along[rows], 0)
     return turn
 
 
@@ -86,6 +97,16 @@ ROUGH = 0.0003
 ENOUGH = 0.1
 
 
+# A damping matrix that was diagonal is coupled by this at first, and a search for a full one turns to the next mode at
+# a step that lowers the cost by less than TURN of it.
+BARELY, TURN = 1e-3, 1e-3
+
+
+# Damping is coupled if that lowers the cost by so many times what Schwarz's criterion asks for; it is looked for where
+# real modes at the poles leave more than FAR times what noise does.
+SURELY, FAR = 3.0, 2.0
+
+
 # A rough fit that leaves less than this many times what noise does lacks nothing that a good one would not show sooner.
 GOOD = 1.1
 
@@ -105,10 +126,6 @@ CROWDED = 1.0
 
 # A fit with a mode less that is not within this many times WORTH after a few steps is given up.
 FAR_OFF = 100.0
-
-
-# A mode that is damped more is no mode of the band, but a part of the remainder.
-REMAINDER = 0.3
 
 
 def variance_of(problem: Problem, state: State) -> float:
@@ -146,17 +163,56 @@ def started(problem: Problem, poles: Complex, zeta: float, most: int) -> State:
     return first_modes(thin, poles)
 
 
-def in_band(omega: Array, edges: tuple[float, float]) -> NDArray[np.bool_]:
-    """Which frequencies lie in the band."""
-    return (omega >= edges[0]) & (omega <= edges[1])
+def freed(problem: Problem, state: State) -> State:
+    """Modes of the band first, their damping coupled with one another's and with that of the pseudo-modes."""
+    own = inside(state, problem.edges)
+    state = state.only(np.argsort(~own, kind="stable"))
+    V = state.V if state.V is not None else np.zeros((len(own),) * 2)
+    V = np.tril(np.where(V == 0, BARELY, V), -1)
+    V[:, own.sum() :] = 0
+    return replace(state, V=V)
 
 
-def within(omega: Array, edges: tuple[float, float]) -> Array:
-    """Those frequencies that lie in the band."""
-    return omega[in_band(omega, edges)]
+def coupled(problem: Problem, poles: Complex, zeta: float, most: int) -> State | None:
+    """Modes with a full damping matrix, from the poles: refined and added by turns until noise could do as much.
+
+    None where modal damping does as well, or where these leave more than noise, too. `zeta` and `most` are those of
+    `completed`.
+    """
+    thin = problem.thinned()
+    if not len(poles):
+        return None
+    starts = [freed(problem, first_modes(thin, poles, below=below)) for below in (False, True)]
+    variance = variance_of(problem, starts[0])
+    tries = [refine(thin, start, small=variance, rough=TURN, iterations=25) for start in starts]
+    state, left = min(tries, key=lambda end: end[1])
+    tried = candidates(*problem.edges, zeta)
+    for _ in range(most):
+        variance = variance_of(problem, state)
+        if left < variance * thin.H.size:
+            break
+        # every mode comes with its row of the damping matrix: noise does as much as half of its variance a parameter
+        least = variance * (WORTH + inside(state, problem.edges).sum() / 2)
+        new, gain = missing_mode(thin, state, tried, zeta, least)
+        best = int(gain.argmax())
+        if gain[best] < least:
+            break
+        trial = freed(problem, state.joined(new.only(np.array([best]))))
+        trial, then = refine(thin, trial, small=variance, rough=TURN, iterations=60)
+        if left - then < least:
+            break
+        state, left = trial, then
+    variance = variance_of(problem, state)
+    if left > GOOD**2 * variance * thin.H.size:
+        return None
+    modal, then = refine(thin, replace(state, V=None), small=variance, iterations=30)
+    more = parameters(state) - parameters(modal)
+    if (then - left) / variance < np.log(thin.H.size) * more * SURELY:
+        return None
+    return refine(thin, state, small=ENOUGH * variance, damping=SURE)[0]
 
 
-def completed(problem: Problem, state: State, zeta: float, most: int) -> State:
+def completed(problem: Problem, state: State, zeta: float, most: int, other: Callable[[], State | None]) -> State:
     """Refine and add what is missing, by turns, until noise could do as much.
 
     A mode of the band comes alone. What lies above it is found as a whole. Where noise would hide it, pseudo-modes are
@@ -166,23 +222,28 @@ def completed(problem: Problem, state: State, zeta: float, most: int) -> State:
     ----------
     zeta : damping ratio that a new mode starts with
     most : modes to add
+    other : what to take if real modes at the poles leave more than noise, and if it gives something
     """
     edges = problem.edges
     tried = candidates(*edges, zeta)
     own = in_band(tried, edges)
     thin, variance = problem.thinned(), variance_of(problem, state)
-    added, whole, thorough = 0, False, False
+    added, whole, thorough, first = 0, False, False, True
     # few lines neither tell noise from resonances nor determine modes to spare
     noisy = problem.nodes is not None and noise_of(problem, state) > FINEST * scale_of_data(problem)
-    other = arranged(thin, state.only(inside(state, edges)), zeta, variance, SPARE if noisy else SCARCE)
+    at_once = arranged(thin, state.only(inside(state, edges)), zeta, variance, SPARE if noisy else SCARCE)
     # to first order it is better; of nearly repeated modes a long step is not
-    better = other is not None and cost(thin, other) < cost(thin, state)
-    state, whole = (other if other is not None and better else state), noisy and better
+    better = at_once is not None and cost(thin, at_once) < cost(thin, state)
+    state, whole = (at_once if at_once is not None and better else state), noisy and better
     while True:
         # a rough fit tells where a mode of the band is missing; a good one, that none is, and whether those outside do
         small, rough, damping = (ENOUGH * variance, 0.0, SURE) if thorough else (variance, ROUGH, CAREFUL)
         state, left = refine(thin, state, small=small, rough=rough, damping=damping, iterations=80)
         variance = variance_of(problem, state)
+        found_coupled = other() if first and left > FAR * variance * thin.H.size else None
+        if found_coupled is not None:
+            return found_coupled
+        first = False
         idle = ~inside(state, edges) & (weight_of(thin, state) < IDLE * variance)
         if idle.any():
             state = state.only(~idle)
@@ -232,19 +293,14 @@ def _added(problem: Problem, state: State, left: float, new: State, least: float
     return None
 
 
-def inside(state: State, edges: tuple[float, float]) -> NDArray[np.bool_]:
-    """Which modes are those of the band, (m,)."""
-    return in_band(state.omega, edges) & (state.zeta < REMAINDER)
-
-
 def doubtful(problem: Problem, state: State, deviation: Array, noise: float) -> NDArray[np.bool_]:
     """Modes that the data hardly determine, (m,).
 
     Of which the frequency is known to no better than 0.3 % or the damping to no better than 15 %; that stand nowhere
     above five times the noise; or whose damping has gone to the end of its range.
     """
-    m = len(state.omega)
-    known = (deviation[-2 * m : -m] < 0.003) & (deviation[-m:] < 0.15)
+    n, m = state.Phi.size, len(state.omega)
+    known = (deviation[n : n + m] < 0.003) & (deviation[n + m : n + 2 * m] < 0.15)
     free = (state.zeta > 1.01 * LIGHT) & (state.zeta < 0.99 * HEAVY)
     return np.asarray(~known | ~free | (prominence_of(problem, state) < 5 * noise))
 
@@ -295,7 +351,7 @@ def uncrowded(problem: Problem, state: State) -> State:
         poles = state.omega[own] * (-state.zeta[own] + 1j * np.sqrt(1 - state.zeta[own] ** 2))
         done = True
         for group in (own[group] for group in groups_of(poles, CROWDED) if len(group) > 1):
-            fewer = _without_weakest(problem, state, group)
+            fewer = without_weakest(problem, state, group)
             # a few steps, and many only where these lead somewhere
             for iterations in (3, 60):
                 fewer, then = refine(thin, fewer, small=ENOUGH * variance, iterations=iterations)
@@ -305,19 +361,6 @@ def uncrowded(problem: Problem, state: State) -> State:
                 state, left, done = fewer, then, False
                 break
     return state
-
-
-def _without_weakest(problem: Problem, state: State, group: NDArray[np.intp]) -> State:
-    """The modes with one less in a group: its shapes are the strongest combinations of those that there are."""
-    level = level_of(problem)
-    Phi = state.Phi[:, group] * level[:, None]
-    square = float(np.mean(state.omega[group] ** 2))
-    slope = -(Phi * (state.omega[group] ** 2 - square)) @ Phi.T
-    shapes, shift = repeated_modes(Phi @ Phi.T, slope, len(group) - 1)
-    low, high = state.omega[group].min(), state.omega[group].max()
-    omega = np.clip(np.sqrt(np.maximum(square + shift, low**2)), low, high)
-    fewer = State(shapes / level[:, None], omega, np.full(len(omega), np.mean(state.zeta[group])))
-    return state.only(np.setdiff1d(np.arange(len(state.omega)), group)).joined(fewer)
 
 
 def counted(problem: Problem, state: State, zeta: float, modes: int) -> State:

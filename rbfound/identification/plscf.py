@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from rbfound.frf import FRF
-from rbfound.identification.least_squares import groups_of
 from rbfound.units import hertz, radians
 
 Array = NDArray[np.float64]
@@ -26,6 +25,10 @@ FREQUENCY, DAMPING, PARTICIPATION = 0.01, 0.2, 0.9
 
 # Participation vectors of length 1 span as many dimensions as they have singular values above this.
 INDEPENDENT = 0.3
+
+# Poles that are nearer to each other than this part of their damping -Re lambda are one repeated pole to the
+# data: noise or rounding decides which combination of the shapes belongs to which of them.
+ALIKE = 0.3
 
 # No structure that is worth a pole is damped more than this; what is, fits the remainder.
 HEAVY = 0.3
@@ -75,6 +78,19 @@ class Stabilisation:
     def stable(self) -> NDArray[np.bool_]:
         """Stable in frequency, damping and participation, (p,)."""
         return self.stable_frequency & self.stable_damping & self.stable_participation
+
+
+def groups_of(poles: Complex, alike: float = ALIKE) -> list[NDArray[np.intp]]:
+    """Indices of the poles that cannot be told from a repeated pole, group by group, ascending in frequency.
+
+    Neighbours belong together when they are nearer than `alike` times the damping -Re lambda of the lighter one.
+    """
+    order = np.argsort(np.abs(poles))
+    if not len(order):
+        return []
+    damping, apart = -poles.real[order], np.abs(np.diff(poles[order]))
+    ends = np.flatnonzero(apart >= alike * np.minimum(damping[1:], damping[:-1])) + 1
+    return np.split(order, ends)
 
 
 def stabilisation(

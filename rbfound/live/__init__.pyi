@@ -9,6 +9,8 @@ from rbfound.live.things import (
     front as front,
     opened as opened,
     packed as packed,
+    script as script,
+    sheet as sheet,
     start as start,
 )
 from rbfound.live.widgets import peak_picker as peak_picker

@@ -3,26 +3,26 @@
 What does not depend on the peaks is computed here, once: an answer to a move then takes a few milliseconds.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
 from rbfound.foundation import Foundation
 from rbfound.frf import FRF
 from rbfound.identification import ModalFit, fit_modes
 from rbfound.machine import couple
-from rbfound.measurement import prominence
-from rbfound.rotor import Bearing, Rotor, assemble
-from rbfound.theory import RIPPLE, Peak, half_power, local_maxima
-from rbfound.units import radians
+from rbfound.measurement import check, prominence
+from rbfound.rotor import Bearing, Rotor
+from rbfound.theory import RIPPLE, Peak, half_power, local_maxima, reduced_rotor
 
 Array = NDArray[np.float64]
 
+# A check needs so many lines.
+FEWEST = 5
 # Lines that a screen can show of curves that follow each move.
 SOME_LINES = 700
 
@@ -54,6 +54,23 @@ class Bench:
     def fit(self) -> ModalFit:
         """All modes that the FRFs show, fitted when first asked for."""
         return fit_modes(self.frf)
+
+    @cached_property
+    def findings(self) -> tuple[str, ...]:
+        """What there is to warn of in the FRFs, before anything is made of them."""
+        if len(self.frf.frequency) < FEWEST:
+            return (f"The FRFs have {len(self.frf.frequency)} lines: too few to be checked.",)
+        return check(self.frf).warnings
+
+    @cached_property
+    def size(self) -> str:
+        """How large the FRFs are, in a sentence: a wrong unit shows in it, and in nothing else."""
+        H = np.abs(self.frf.H)
+        stiff = 1 / np.einsum("nii->ni", H)[0].clip(np.finfo(float).tiny)
+        return (
+            f"On the lowest line, {self.frf.frequency[0]:.4g} Hz, the seats are as stiff as {stiff.min():.3g} to "
+            f"{stiff.max():.3g} N/m, and the largest receptance is {H.max():.3g} m/N: a wrong unit shows here."
+        )
 
     @cached_property
     def true_frequencies(self) -> tuple[Array, Array]:
@@ -112,28 +129,10 @@ def bench_of(
         frf,
         tuple(_readings(frf.frequency, np.abs(frf.H[:, j, j])) for j in range(seats)),
         thinned(frf, SOME_LINES).frequency,
-        None if rotor is None else standing(rotor, places, top, frf.labels),
+        None if rotor is None else reduced_rotor(rotor, places, top, blocks=2).body,
         tuple((bearings or {})[z] for z in places),
         truth,
     )
-
-
-def standing(rotor: Rotor, places: Sequence[float], limit: float, labels: tuple[str, ...]) -> Foundation:
-    """A rotor at rest, in few coordinates, known by its displacements at some places [m].
-
-    Its free modes up to a limit [Hz] are kept; of the others, what they yield under forces at those places, statically
-    and in proportion to omega squared (Rubin 1975, DOI 10.2514/3.60497, with one term more).
-    """
-    mesh = assemble(rotor, places)
-    held = np.array([4 * mesh.node(z) + k for z in places for k in (0, 1)])
-    squared, modes = linalg.eigh(mesh.K, mesh.M)
-    few = squared < float(radians(limit)) ** 2
-    rest, feel = modes[:, ~few] / squared[~few], modes[held][:, ~few].T
-    T = np.hstack([modes[:, few], rest @ feel, (rest / squared[~few]) @ feel])
-    T /= np.sqrt(np.einsum("ij,ij->j", T, mesh.M @ T))
-    stiffness, own = linalg.eigh(T.T @ mesh.K @ T, T.T @ mesh.M @ T)
-    one = np.eye(len(stiffness))
-    return Foundation(one, 0 * one, np.diag(np.maximum(stiffness, 0.0)), (T @ own)[held], labels)
 
 
 def thinned(frf: FRF, most: int) -> FRF:

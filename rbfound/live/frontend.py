@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rbfound.identification import ModalFit
 from rbfound.live.bench import Bench, thinned
 from rbfound.live.picking import METHODS, Pick, Picked, first_picks, picked
 from rbfound.units import hertz
@@ -37,6 +38,8 @@ def scene(bench: Bench) -> tuple[dict[str, Any], bytes]:
             for own in bench.readings
         ],
         "first": {method: _first(bench, method) for method in METHODS},
+        "findings": list(bench.findings),
+        "size": bench.size,
         "rotor": bench.journals is not None,
         "truth": {"alone": alone.tolist(), "under": under.tolist()} if bench.truth is not None else None,
     }
@@ -102,6 +105,24 @@ def _told(bench: Bench, found: Picked) -> dict[str, Any]:
         "coordinates": len(found.foundation.M),
         "alone": paired(alone, found.alone),
         "under": paired(under, found.under),
+        "fit": None if square else _fit(bench.fit),
+    }
+
+
+def _fit(fit: ModalFit) -> dict[str, Any]:
+    """How well all modes fit the FRFs, and what each of them is."""
+    unit = "% of |H|" if fit.relative else "m/N" if fit.errors is None else "times its error"
+    scale = 100.0 if fit.relative else 1.0
+    own = np.flatnonzero(fit.inside)
+    return {
+        "unit": unit,
+        "misfit": (scale * fit.misfit).tolist(),
+        "noise": scale * fit.noise,
+        # beyond this it is an error of the model, see the notes of a fit
+        "much": scale * 1.5 * max(fit.noise, 1e-3 * fit.relative),
+        "modes": [[float(fit.frequency[k]), 100 * float(fit.zeta[k]), bool(fit.unsure[k])] for k in own],
+        "residual": fit.frequency[~fit.inside].tolist(),
+        "band": list(fit.band),
     }
 
 

@@ -11,7 +11,7 @@ from rbfound.campbell_diagram import Campbell, campbell, whirl_direction
 from rbfound.foundation import Foundation
 from rbfound.live.sketch import axis, figure, line, listing, mark, slider, switch
 from rbfound.rotor import Bearing
-from rbfound.theory import LightMachine, light_foundation, light_mount, light_rotor
+from rbfound.theory import ReducedMachine, mount_reduced, reduced_foundation, reduced_rotor
 from rbfound.thesis import rotor
 from rbfound.units import from_rpm, hertz, rpm
 
@@ -43,7 +43,7 @@ def campbell_thing(foundation: Foundation) -> tuple[list[dict[str, Any]], Answer
     mount = _mounting(foundation)
 
     @lru_cache(maxsize=4)
-    def diagram(k: float, c: float, flexible: bool) -> tuple[LightMachine, Campbell]:
+    def diagram(k: float, c: float, flexible: bool) -> tuple[ReducedMachine, Campbell]:
         machine = mount(k, c, flexible)
         return machine, campbell(machine, from_rpm(np.linspace(0.0, FASTEST, STEPS)), count=12)
 
@@ -62,7 +62,7 @@ def campbell_thing(foundation: Foundation) -> tuple[list[dict[str, Any]], Answer
 
 def unbalance_thing(foundation: Foundation) -> tuple[list[dict[str, Any]], Answer]:
     """Controls and answer: response to an unbalance at the tip, modes of the foundation held still or not."""
-    light = light_foundation(foundation, FOUNDATION_LIMIT)
+    light = reduced_foundation(foundation, FOUNDATION_LIMIT)
     frequency = hertz(np.sqrt(np.diag(light.K)))
     own = int((frequency < FOUNDATION_LIMIT).sum())
     mount = _mounting(foundation)
@@ -83,17 +83,20 @@ def unbalance_thing(foundation: Foundation) -> tuple[list[dict[str, Any]], Answe
     return controls, answer
 
 
-def _mounting(foundation: Foundation) -> Callable[..., LightMachine]:
-    free, light = light_rotor(rotor(), [*SEATS, TIP], ROTOR_LIMIT), light_foundation(foundation, FOUNDATION_LIMIT)
+def _mounting(foundation: Foundation) -> Callable[..., ReducedMachine]:
+    free, light = reduced_rotor(rotor(), [*SEATS, TIP], ROTOR_LIMIT), reduced_foundation(foundation, FOUNDATION_LIMIT)
     return partial(_mount, free, light)
 
 
-def _mount(free: Any, light: Foundation, k: float, c: float, flexible: bool, kept: Any = None) -> LightMachine:
+def _mount(free: Any, light: Foundation, k: float, c: float, flexible: bool, kept: Any = None) -> ReducedMachine:
     bearing = Bearing(kxx=k, kyy=k, cxx=c, cyy=c)
-    return light_mount(free, dict.fromkeys(SEATS, bearing), light if flexible else None, kept)
+    if kept is not None:
+        M, C, K = (A[np.ix_(kept, kept)] for A in (light.M, light.C, light.K))
+        light = Foundation(M, C, K, light.B[:, kept], light.labels)
+    return mount_reduced(free, dict.fromkeys(SEATS, bearing), light if flexible else None)
 
 
-def _campbell(machine: LightMachine, swept: Campbell, speed: float) -> dict[str, Any]:
+def _campbell(machine: ReducedMachine, swept: Campbell, speed: float) -> dict[str, Any]:
     system = machine.at(float(from_rpm(speed)))
     modes = system.modes().above(1.0).below(HIGHEST)
     turn = whirl_direction(modes, system)
@@ -155,12 +158,13 @@ def _critical(swept: Campbell) -> dict[str, Any]:
     return dict(zip(names, columns, strict=False))
 
 
-def _amplitudes(machine: LightMachine, seats: Array) -> Array:
+def _amplitudes(machine: ReducedMachine, seats: Array) -> Array:
     """Of the tip in x and y, and of the second seat in x and y, (4, speeds) [m]; no seats on rigid ground."""
     speeds = np.asarray(from_rpm(SWEEP))
     q = machine.unbalance(speeds, TIP, UNBALANCE)
-    n = machine.rows[TIP].shape[1]
-    return np.abs(np.vstack([machine.rows[TIP] @ q[:, :n].T, seats[2:] @ q[:, n:].T]))
+    tip = machine.rotor.rows(TIP)
+    n = tip.shape[1]
+    return np.abs(np.vstack([tip @ q[:, :n].T, seats[2:] @ q[:, n:].T]))
 
 
 def _unbalance(amplitudes: Array, ground: Array) -> dict[str, Any]:

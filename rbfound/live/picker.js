@@ -1,4 +1,5 @@
-// The peak picker: FRFs on a canvas, peaks that can be moved, and what follows from them. No library, no network.
+// The peak picker: FRFs on a canvas, peaks that can be moved, and what follows from them. No library, no network; what
+// it shares with the sliders stands before it, in core.js.
 //
 // Its host computes. It is spoken to through model.get, model.set, model.save_changes and model.on("change:name"), as
 // anywidget gives them; any page that supplies these four can be the host. One that has model.send too is sent what has
@@ -8,26 +9,7 @@
 const DASHES = [[], [7, 4], [2, 3], [9, 3, 2, 3], [4, 2], [12, 4]];
 const NEAR = { mouse: 9, touch: 22, pen: 14 };
 const WIDE = { left: 62, right: 14, lane: 46, gap: 12, foot: 34, comb: 62 };
-const SUPER = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 const PATIENCE = 4000, AHEAD = 2;
-
-const bound = (x, low, high) => Math.min(Math.max(x, low), high);
-const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
-
-function make(parent, tag, properties = {}, attributes = {}) {
-  const made = Object.assign(document.createElement(tag), properties);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  parent?.append(made);
-  return made;
-}
-
-// A text, or what else is said of an element, written where it differs: what is written is laid out again.
-function put(node, value, name = "textContent") {
-  if (node[name] !== value) node[name] = value;
-}
-function attribute(node, name, value) {
-  if (node.getAttribute(name) !== value) node.setAttribute(name, value);
-}
 
 // Bytes of any kind, as a host may hand them over, as 32-bit floats.
 function floats(bytes) {
@@ -38,39 +20,6 @@ function floats(bytes) {
 
 // A notebook that was made a page carries the state of its widgets in it, and no kernel is behind.
 const isPrinted = () => document.querySelector('script[type="application/vnd.jupyter.widget-state+json"]') !== null;
-
-const raised = (n) => String(n).replace("-", "⁻").replace(/\d/g, (d) => SUPER[d]);
-function number(value, digits = 4) {
-  if (value === null || value === undefined || !isFinite(value)) return "–";
-  if (value === 0) return "0";
-  value = Number(value.toPrecision(digits));
-  const size = Math.abs(value);
-  if (size >= 1e-3 && size < 1e6) return minus(value.toFixed(Math.max(digits - 1 - Math.floor(Math.log10(size)), 0)));
-  const [a, b] = value.toExponential(digits - 1).split("e");
-  return `${minus(a)}·10${raised(Number(b))}`;
-}
-const minus = (text) => text.replace("-", "−");
-
-function isDark() {
-  const theme = document.documentElement.dataset.theme || document.body.dataset.theme;
-  if (theme) return theme === "dark";
-  const lab = document.body.dataset.jpThemeLight;
-  return lab ? lab === "false" : matchMedia("(prefers-color-scheme: dark)").matches;
-}
-
-// Ticks at round numbers, about so many.
-function ticks(low, high, count) {
-  const raw = (high - low) / Math.max(count, 1), power = 10 ** Math.floor(Math.log10(raw));
-  const step = power * [1, 2, 5, 10].find((s) => s * power >= raw * 0.999);
-  const out = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) out.push(k * step);
-  return out;
-}
-function decades(low, high, most) {
-  const first = Math.ceil(low - 1e-9), last = Math.floor(high + 1e-9);
-  const every = Math.max(1, Math.ceil((last - first + 1) / most));
-  return Array.from({ length: Math.max(Math.floor((last - first) / every) + 1, 0) }, (_, k) => first + k * every);
-}
 
 // Curves over lines [Hz]: pairs of seats to real and imaginary parts, and whatever is drawn of them, made when asked for.
 class Curves {
@@ -147,8 +96,8 @@ class Picker {
 
   // ---- the page ----
   build(el) {
-    // JupyterLab's own keys (arrows go to the next cell, Delete takes it away) stay out of the picture
-    const root = (this.root = make(el, "div", { className: "rbfound-picker" }, { "data-lm-suppress-shortcuts": "true" }));
+    const root = (this.root = make(el, "div", { className: "rbfound-picker" }));
+    quiet(root);
     const inner = make(root, "div", { className: "rbp-inner" });
     const bar = make(inner, "div", { className: "rbp-bar" });
     const choice = (text, options, value, change) => {
@@ -191,6 +140,7 @@ class Picker {
       make(make(legend, "span", { textContent: ` ${text}` }), "i", { className: `is-${kind}` });
     }
     this.message = make(left, "p", { className: "rbp-message", hidden: true }, { role: "status" });
+    this.buildFindings(left);
     this.list = make(left, "div", { className: "rbp-peaks" });
     this.spoken = make(left, "p", { className: "rbp-spoken" }, { "aria-live": "polite" });
     this.buildHelp(left);
@@ -206,6 +156,15 @@ class Picker {
     note.append(" On the page ");
     make(note, "a", { href: live.href, textContent: "Live" });
     note.append(" everything does.");
+  }
+
+  // What a check of the data warns of; open where it does.
+  buildFindings(parent) {
+    const found = this.scene.findings ?? [], many = found.length === 1 ? "1 warning" : `${found.length} warnings`;
+    const part = make(parent, "details", { className: `rbp-findings${found.length ? " rbp-message" : ""}`, open: found.length > 0 });
+    make(part, "summary", { textContent: `Check of the data: ${found.length ? many : "nothing to warn of"}` });
+    const list = make(part, "ul");
+    for (const text of [...found, this.scene.size]) make(list, "li", { textContent: text });
   }
 
   buildChoice(bar) {
@@ -297,25 +256,13 @@ class Picker {
     }
     const size = new ResizeObserver(() => this.redraw(true));
     size.observe(plot);
-    const theme = () => this.themed();
-    const watch = new MutationObserver(theme);
-    for (const node of [document.documentElement, document.body]) {
-      watch.observe(node, { attributeFilter: ["data-theme", "data-jp-theme-light"] });
-    }
-    this.on(matchMedia("(prefers-color-scheme: dark)"), "change", theme);
-    this.cleanups.push(() => size.disconnect(), () => watch.disconnect(), () => clearTimeout(this.timer));
-    this.themed();
+    const themed = theming(this.root, () => { this.colour(); this.redraw(true); });
+    this.cleanups.push(() => size.disconnect(), themed, () => clearTimeout(this.timer));
   }
 
   remove() {
     this.removed = true;
     for (const cleanup of this.cleanups) cleanup();
-  }
-
-  themed() {
-    this.root.classList.toggle("is-dark", isDark());
-    this.colour();
-    this.redraw(true);
   }
 
   // The sheet's colours; before the picker is part of the page there are none.
@@ -629,7 +576,7 @@ class Picker {
   renderSide() {
     const { good } = this;
     if (!good) return;
-    const shape = JSON.stringify([good.Phi[0].length, good.matrices ? 0 : good.coordinates, good.under.length, good.alone.length]);
+    const shape = JSON.stringify([good.Phi[0].length, good.fit, good.matrices ? 0 : good.coordinates, good.under.length, good.alone.length]);
     if (shape !== this.shape) {
       this.shape = shape;
       this.fills = [];
@@ -640,6 +587,7 @@ class Picker {
   buildSide(good) {
     const box = document.createDocumentFragment(), below = document.createDocumentFragment();
     this.buildCondition(box);
+    if (good.fit) this.buildFit(box, good.fit);
     this.buildMatrix(box, "Φ", "", "1/√kg", ", a column for each peak", good.Phi[0].length, (told) => told.Phi,
       (told) => told.columns.map((c) => c.replace(/ (?=[\d.]+ Hz)/, "\n")));
     if (good.matrices) {
@@ -656,6 +604,28 @@ class Picker {
     this.side.replaceChildren(box);
     this.below.replaceChildren(below);
   }
+  // What the fit of all modes is worth: its misfit FRF by FRF, its modes, and apart from them those that are none.
+  buildFit(box, { unit, misfit, noise, much, modes, residual, band }) {
+    const { labels } = this.scene, part = this.card(box, "Misfit", "rbp-scroll");
+    make(part.firstChild, "small", { textContent: ` [${unit}], root mean square of each FRF; noise ${number(noise, 2)}` });
+    this.plain(part, ["", ...labels], misfit.map((row, i) => [labels[i], ...row.map((value) => number(value, 2))]),
+      (i, j) => misfit[i][j - 1] > much);
+    const own = this.card(box, `Modes from ${number(band[0], 3)} to ${number(band[1], 3)} Hz`, "rbp-scroll");
+    this.plain(own, ["", "frequency [Hz]", "damping [%]", ""],
+      modes.map(([f, zeta, unsure], k) => [`${k + 1}`, f.toFixed(1), number(zeta, 3), unsure ? "unsure" : ""]));
+    const many = residual.length === 1 ? "1 residual mode stands" : `${residual.length} residual modes stand`;
+    make(own, "p", { textContent: `${many} for what lies outside this band, and ${residual.length === 1 ? "is" : "are"} not listed.` });
+  }
+  plain(part, names, rows, marked = () => false) {
+    const table = make(part, "table", { className: "rbp-plain" }), head = make(make(table, "thead"), "tr");
+    for (const name of names) name ? make(head, "th", { textContent: name, scope: "col" }) : make(head, "td");
+    const body = make(table, "tbody");
+    rows.forEach((cells, i) => {
+      const row = make(body, "tr");
+      cells.forEach((text, k) => k ? make(row, "td", { textContent: text, className: marked(i, k) ? "is-off" : "" })
+        : make(row, "th", { textContent: text, scope: "row" }));
+    });
+  }
   card(where, title, kind = "") {
     const part = make(where, "section", { className: `rbp-card ${kind}` });
     make(part, "h4", { textContent: title });
@@ -665,7 +635,7 @@ class Picker {
     const part = this.card(box, "cond(Φ)", "rbp-cond"), value = make(part, "strong"), words = make(part, "span");
     const scale = make(part, "div", { className: "rbp-scale" }, { "aria-hidden": "true" }), point = make(scale, "i");
     const ends = make(part, "div", { className: "rbp-ends" }, { "aria-hidden": "true" });
-    for (let k = 0; k <= 5; k++) make(ends, "span", { textContent: k ? `10${raised(k)}` : "1" });
+    for (let k = 0; k <= 5; k++) make(ends, "span", { textContent: k ? tenTo(k) : "1" });
     this.fills.push(({ condition: c }) => {
       put(value, number(c, 3));
       put(words, c < 10 ? "the shapes are distinct" : c < 100 ? "the shapes are alike"
@@ -690,7 +660,7 @@ class Picker {
     this.fills.push((told) => {
       const rows = values(told), size = Math.max(...rows.flat().map(Math.abs)) || 1;
       const power = size >= 1e4 || size < 1 ? Math.floor(Math.log10(size)) : 0;
-      put(small, ` [${power ? `10${raised(power)} ` : ""}${unit}]${note}`);
+      put(small, ` [${power ? `${tenTo(power)} ` : ""}${unit}]${note}`);
       columns(told).forEach((text, j) => put(names[j], text));
       rows.forEach((entries, i) => entries.forEach((entry, j) => {
         const cell = cells[i][j], value = entry / 10 ** power, text = Math.abs(value) < 0.01 ? value.toFixed(4)
@@ -931,19 +901,12 @@ class Picker {
       width, high, left, right, narrow, upper: [WIDE.lane, split], lower: [split + WIDE.gap, end],
       comb: combed ? [high - combed + 18, high - 6] : null,
     };
-    if (this.unit === unit && this.wide === width && this.tall === high) return;
-    [this.unit, this.wide, this.tall, this.all] = [unit, width, high, true];
-    for (const canvas of [this.base, this.front]) {
-      Object.assign(canvas, { width: Math.round(width * unit), height: Math.round(high * unit) });
-      canvas.style.height = `${high}px`;
-    }
+    this.unit = unit;
+    for (const canvas of [this.base, this.front]) if (fitted(canvas, width, high, unit)) this.all = true;
   }
   context(canvas) {
-    const context = canvas.getContext("2d");
-    context.setTransform(this.unit, 0, 0, this.unit, 0, 0);
-    context.clearRect(0, 0, this.box.width, this.box.high);
+    const context = cleared(canvas, this.box.width, this.box.high, this.unit);
     context.font = `${this.box.narrow ? 11 : 12}px system-ui, sans-serif`;
-    context.lineJoin = "round";
     return context;
   }
   // What the two panels show: the kind of curve, and how much of it.
@@ -976,7 +939,6 @@ class Picker {
     this.drawFrequencyAxis(context);
     [upper, lower].forEach((panel, k) => {
       this.drawAmplitudeAxis(context, panel, kinds[k], this.ranges[k]);
-      context.save();
       this.clip(context, panel);
       for (const [i, j] of this.pairsShown()) {
         context.strokeStyle = this.colours[j];
@@ -990,11 +952,7 @@ class Picker {
     });
     if (!this.shown.size) this.write(context, "No FRF is chosen.", (left + right) / 2, (upper[0] + upper[1]) / 2, "center");
   }
-  clip(context, [top, bottom]) {
-    context.beginPath();
-    context.rect(this.box.left, top, this.box.right - this.box.left, bottom - top);
-    context.clip();
-  }
+  clip(context, [top, bottom]) { clipped(context, this.box.left, top, this.box.right, bottom); }
   height(value, panel) {
     const [top, bottom] = panel ? this.box.lower : this.box.upper, [a, b] = this.ranges[panel];
     return bottom - ((value - a) / (b - a)) * (bottom - top);
@@ -1032,11 +990,7 @@ class Picker {
     let end = -Infinity;
     for (const f of marks) {
       const x = Math.round(this.x(f)) + 0.5;
-      context.strokeStyle = this.ink("grid");
-      context.setLineDash([]);
-      context.beginPath();
-      for (const [a, b] of [upper, lower]) { context.moveTo(x, a); context.lineTo(x, b); }
-      context.stroke();
+      for (const [a, b] of [upper, lower]) segment(context, this.ink("grid"), x, a, x, b);
       const text = f >= 1 && step >= 1 ? f.toFixed(0) : String(Number(f.toPrecision(6)));
       const wide = context.measureText(text).width;
       if (x - wide / 2 < end + 6) continue;
@@ -1057,18 +1011,13 @@ class Picker {
     for (const v of marks) {
       const y = Math.round(this.height(v, panel)) + 0.5;
       if (y < top + 3 || y > bottom - 1) continue;
-      context.strokeStyle = this.ink("grid");
-      context.setLineDash([]);
-      context.beginPath();
-      context.moveTo(left, y);
-      context.lineTo(right, y);
-      context.stroke();
+      segment(context, this.ink("grid"), left, y, right, y);
       const text = kind === "phase" ? minus(`${v}°`) : kind === "log"
-        ? (Math.abs(v - Math.round(v)) < 1e-9 ? `10${raised(Math.round(v))}` : minus((10 ** v).toExponential(1)))
+        ? (Math.abs(v - Math.round(v)) < 1e-9 ? tenTo(Math.round(v)) : (10 ** v).toExponential(1).replace("-", "−"))
         : minus(String(Number((v / 10 ** power).toPrecision(3))));
       this.write(context, text, left - 6, y, "right");
     }
-    const scale = power ? `10${raised(power)} ` : "";
+    const scale = power ? `${tenTo(power)} ` : "";
     const names = { log: "|H| [m/N]", magnitude: `|H| [${scale}m/N]`, phase: "phase", real: `Re H [${scale}m/N]`, imaginary: `Im H [${scale}m/N]` };
     this.write(context, names[kind], left + 6, top + 10, "left", "soft", true);
   }
@@ -1090,7 +1039,6 @@ class Picker {
     const context = this.context(this.front), { upper, lower } = this.box;
     this.grips = this.caption = null;
     [upper, lower].forEach((panel, k) => {
-      context.save();
       this.clip(context, panel);
       this.drawFit(context, k);
       if (k === 0 && this.kind === "bode") this.marks().forEach((_, p) => this.drawWidth(context, p));
@@ -1125,13 +1073,8 @@ class Picker {
     context.fillRect(a, upper[0], b - a, upper[1] - upper[0]);
     context.globalAlpha = 1;
     const level = w.height / Math.SQRT2, y = this.height(this.logarithmic.amplitude ? Math.log10(level) : level, 0);
-    context.strokeStyle = colour;
     context.lineWidth = on ? 2 : 1.2;
-    context.setLineDash([]);
-    context.beginPath();
-    context.moveTo(a, y);
-    context.lineTo(b, y);
-    context.stroke();
+    segment(context, colour, a, y, b, y);
     for (const x of [a, b]) {
       const r = on ? 5 : 2.6;
       context.beginPath();
@@ -1205,34 +1148,23 @@ class Picker {
     this.write(context, what, (left + right) / 2, top - 9, "center", "soft");
     if (truth) this.write(context, "truth", left - 6, top + 9, "right");
     this.write(context, "picked", left - 6, truth ? bottom - 9 : middle, "right", "picked");
-    context.save();
     this.clip(context, comb);
     context.strokeStyle = this.ink("line");
     context.strokeRect(left + 0.5, top + 0.5, right - left - 1, bottom - top - 1);
     for (const [true_, found] of rows) {
       context.lineWidth = 2;
-      context.strokeStyle = this.ink("ink");
-      if (true_ && truth) this.stroke(context, this.x(true_), top + 3, this.x(true_), middle - 5);
-      context.strokeStyle = this.ink("picked");
+      if (true_ && truth) segment(context, this.ink("ink"), this.x(true_), top + 3, this.x(true_), middle - 5);
       context.fillStyle = this.ink("picked");
       if (found) {
         const x = this.x(found), y = truth ? middle + 5 : top + 6;
-        this.stroke(context, x, y, x, bottom - 3);
+        segment(context, this.ink("picked"), x, y, x, bottom - 3);
         context.fillRect(x - 3, bottom - 8, 6, 6);
       }
       context.lineWidth = 1;
-      context.strokeStyle = this.ink("soft");
-      if (true_ && found) this.stroke(context, this.x(true_), middle - 5, this.x(found), middle + 5);
+      if (true_ && found) segment(context, this.ink("soft"), this.x(true_), middle - 5, this.x(found), middle + 5);
     }
     context.restore();
     context.globalAlpha = 1;
-  }
-  stroke(context, a, b, c, d) {
-    context.setLineDash([]);
-    context.beginPath();
-    context.moveTo(a, b);
-    context.lineTo(c, d);
-    context.stroke();
   }
 
   // Names of the peaks above their lines, in two rows, so that two peaks in one place can both be had.

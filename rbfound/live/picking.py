@@ -2,26 +2,31 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, permutations
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import linear_sum_assignment
 
 from rbfound.foundation import Foundation
 from rbfound.identification import compliance, equivalent_matrices, pseudo_modes
 from rbfound.live.bench import Bench
 from rbfound.measurement import Peaks, mode_indicator, prominence
 from rbfound.theory import local_maxima
-from rbfound.units import radians
+from rbfound.units import hertz, radians
 
 Array = NDArray[np.float64]
 
 # The ways from FRFs to a foundation, as a reader sees them named.
 METHODS: Mapping[str, str] = {"pmsm": "PMSM", "distinct": "PMSM, distinct modes", "identify": "identify"}
 
-# Of the indicator's peaks so many are candidates for distinct modes. A seat sees the same peak within this part.
+# Of the indicator's peaks so many, or one more than seats, are candidates for distinct modes. A seat sees the same peak
+# within this part.
 CANDIDATES, ALIKE = 7, 0.01
+
+# What decides between assignments of peaks to seats that are equally good, beside logarithms of responses.
+TIE = 1e-9
 
 # seat, frequency [Hz], and a damping ratio or None: to be read from the curve
 Pick = dict[str, Any]
@@ -43,6 +48,7 @@ class Picked:
     omega, zeta, shapes : (m,) [rad/s], (m,), (seats, m)
         Modes whose sum are the FRFs of the foundation, those that stand for what lies outside the band among them.
     alone, under : natural frequencies [Hz] of the foundation alone and under the rotor, as far as the FRFs reach
+        Those of `identify` alone are the modes of the band, without the residual ones.
     """
 
     method: str
@@ -176,7 +182,9 @@ def _identified(bench: Bench) -> Picked:
         fit.omega,
         fit.zeta,
         fit.Phi,
-        *bench.frequencies(foundation),
+        # residual modes stand for what lies outside the band: none of them is a natural frequency
+        np.sort((hertz(fit.omega) * np.sqrt(np.maximum(1 - fit.zeta**2, 0)))[own]),
+        bench.frequencies(foundation)[1],
     )
 
 
@@ -186,15 +194,21 @@ def _damping(bench: Bench, seat: int, pick: Pick) -> float:
 
 
 def _assigned(bench: Bench, picks: Sequence[Pick]) -> list[Pick]:
-    """The same peaks, each at the seat that sees it best, every seat taken once: the largest product of responses."""
+    """The same peaks, each at the seat that sees it best, every seat taken once: the largest product of responses.
+
+    Of assignments that are equally good the one is taken that has lower peaks at earlier seats: a term far above
+    rounding, and far below what a reading means, chooses it. Neither factor of it is a mirror of the other, as a cycle
+    of seats and its inverse would else come out alike.
+    """
     labels = bench.frf.labels
     if len(picks) != len(labels):
         raise ValueError(f"{len(picks)} peaks are given: there must be one a seat, {len(labels)} in all.")
     lines = [int(np.abs(bench.frf.frequency - pick["frequency"]).argmin()) for pick in picks]
     seen = -np.einsum("nii->ni", bench.frf.H[lines]).imag
     seen = np.log(np.maximum(seen, np.finfo(float).tiny))
-    every = np.array(list(permutations(range(len(labels)))))
-    best = every[seen[np.arange(len(labels)), every].sum(axis=1).argmax()]
+    rank = np.argsort(np.argsort([pick["frequency"] for pick in picks], kind="stable"), kind="stable")
+    seen += TIE * np.outer(rank, np.arange(len(labels)) ** 1.5)
+    _, best = linear_sum_assignment(seen, maximize=True)
     return [{**pick, "seat": labels[seat]} for pick, seat in zip(picks, best, strict=True)]
 
 
@@ -202,7 +216,7 @@ def _most_different(bench: Bench) -> list[Pick]:
     frf, seats = bench.frf, len(bench.frf.labels)
     curve = np.log(np.maximum(mode_indicator(frf)[:, 0], np.finfo(float).tiny))
     lines = local_maxima(curve)
-    lines = np.sort(lines[np.argsort(-prominence(curve, lines))[:CANDIDATES]])
+    lines = np.sort(lines[np.argsort(-prominence(curve, lines))[: max(CANDIDATES, seats + 1)]])
     best, least = [], np.inf
     for some in combinations(lines, seats):
         picks = [{"seat": "", "frequency": float(frf.frequency[k]), "damping": None} for k in some]

@@ -11,12 +11,15 @@ from scipy import linalg
 from rbfound.live.sketch import axis, choice, figure, line, listing, slider, switch
 from rbfound.machine import mount
 from rbfound.rotor import X_PLANE
+from rbfound.theory import Reduction, craig_bampton
 from rbfound.thesis import bearings, rotor
 from rbfound.units import hertz, radians
 
 Array = NDArray[np.float64]
 
 TIP = 1.0
+# Modes of the rest, at the most.
+MOST = 8.0
 LINES = np.linspace(5.0, 1500.0, 300)
 # Nodes whose displacements are masters, by name; those of the bearings always are.
 MASTERS = {
@@ -41,12 +44,13 @@ def reduction_thing() -> tuple[list[dict[str, Any]], Callable[[Settings], dict[s
     controls = [
         choice("masters", "masters", MASTERS, "tip"),
         switch("rotations", "their rotations too", False),
-        slider("modes", "modes of the rest, masters held", "", 0.0, 8.0, 2.0, step=1.0),
+        slider("modes", "modes of the rest, masters held", "", 0.0, MOST, 2.0, step=1.0),
     ]
 
     @lru_cache(maxsize=8)
-    def split(masters: str, rotations: bool) -> tuple[Array, Array]:
-        return _split(M, K, _coordinates(masters, rotations, held, tip, z))
+    def reduction(masters: str, rotations: bool) -> Reduction:
+        at = _coordinates(masters, rotations, held, tip, z)
+        return craig_bampton(M, C, K, at, min(int(MOST), len(M) - len(at)))
 
     @lru_cache(maxsize=8)
     def truncated(count: int) -> NDArray[np.complex128]:
@@ -54,9 +58,8 @@ def reduction_thing() -> tuple[list[dict[str, Any]], Callable[[Settings], dict[s
         return _reduced(M, C, K, shapes, tip)
 
     def answer(settings: Settings) -> dict[str, Any]:
-        static, fixed = split(str(settings["masters"]), bool(settings["rotations"]))
-        modes = min(int(settings["modes"]), fixed.shape[1])
-        T = np.hstack([static, fixed[:, :modes]])
+        most = reduction(str(settings["masters"]), bool(settings["rotations"]))
+        T = most.T[:, : most.static + int(settings["modes"])]
         curves = {
             "whole": exact,
             "reduced": _reduced(M, C, K, T, tip),
@@ -76,18 +79,6 @@ def _coordinates(masters: str, rotations: bool, held: list[int], tip: int, z: Ar
     if masters in ("fourth", "second"):
         nodes |= set(range(0, len(z), 4 if masters == "fourth" else 2))
     return sorted(2 * node + k for node in nodes for k in range(1 + rotations))
-
-
-def _split(M: Array, K: Array, masters: list[int]) -> tuple[Array, Array]:
-    """Static shapes of unit displacements of the masters (equation 16), and modes of the rest with the masters held."""
-    few = np.array(masters)
-    rest = np.setdiff1d(np.arange(len(M)), few)
-    static = np.zeros((len(M), len(few)))
-    static[few, np.arange(len(few))] = 1.0
-    static[rest] = -linalg.solve(K[np.ix_(rest, rest)], K[np.ix_(rest, few)], assume_a="pos")
-    fixed = np.zeros((len(M), len(rest)))
-    fixed[rest] = linalg.eigh(K[np.ix_(rest, rest)], M[np.ix_(rest, rest)])[1]
-    return static, fixed
 
 
 def _reduced(M: Array, C: Array, K: Array, T: Array, tip: int) -> NDArray[np.complex128]:

@@ -1,41 +1,11 @@
-// Sliders beside curves. No library, no network.
+// Sliders beside curves. No library, no network; what they share with the picker stands before them, in core.js.
 //
 // The host computes. It is spoken to through model.get, model.set, model.save_changes and model.on("change:name"), as
 // anywidget gives them. It gives `controls` and `settings` once, takes `settings` and `stamp`, and answers with `result`,
 // which bears the stamp and tells figures and tables: see rbfound/live/sketch.py.
 
 const DASHES = [[], [8, 4], [2, 3], [10, 3, 2, 3], [5, 2], [14, 4]];
-const STYLES = DASHES.length, STEPS = 200;
-const SUPER = "⁰¹²³⁴⁵⁶⁷⁸⁹";
-
-const bound = (x, low, high) => Math.min(Math.max(x, low), high);
-
-function make(parent, tag, properties = {}, attributes = {}) {
-  const made = Object.assign(document.createElement(tag), properties);
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  parent?.append(made);
-  return made;
-}
-
-const minus = (text) => text.replace(/^-(?=[\d.])/, "−");
-const power = (n) => `10${String(n).replace("-", "⁻").replace(/\d/g, (d) => SUPER[d])}`;
-
-function number(value, digits = 3) {
-  if (!isFinite(value)) return "–";
-  if (value === 0) return "0";
-  value = Number(value.toPrecision(digits));
-  const size = Math.abs(value);
-  if (size >= 1e-3 && size < 1e5) return minus(value.toFixed(Math.max(digits - 1 - Math.floor(Math.log10(size)), 0)));
-  const [a, b] = value.toExponential(digits - 1).split("e");
-  return `${minus(a)}·${power(Number(b))}`;
-}
-
-function isDark() {
-  const theme = document.documentElement.dataset.theme || document.body.dataset.theme;
-  if (theme) return theme === "dark";
-  const lab = document.body.dataset.jpThemeLight;
-  return lab ? lab === "false" : matchMedia("(prefers-color-scheme: dark)").matches;
-}
+const STYLES = DASHES.length, STEPS = 200, LARGEST = 1e5;
 
 // An axis in pixels: from, to; its ticks at round numbers or at powers of ten.
 class Axis {
@@ -70,16 +40,13 @@ class Axis {
     const raw = (high - low) / Math.max(count, 1);
     if (this.log && raw > 0.3) {
       const every = Math.max(1, Math.ceil(raw));
-      for (let k = Math.ceil(low - 1e-9); k <= high + 1e-9; k += every) out.push([10 ** k, power(k)]);
+      for (let k = Math.ceil(low - 1e-9); k <= high + 1e-9; k += every) out.push([10 ** k, tenTo(k)]);
       return out;
     }
-    const size = 10 ** Math.floor(Math.log10(raw)), step = size * [1, 2, 5, 10].find((s) => s * size >= raw * 0.999);
+    const step = stepped(low, high, count);
     const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) {
-      const v = this.log ? 10 ** (k * step) : k * step;
-      out.push([v, this.log ? number(v, 2) : minus((k * step).toFixed(Math.min(decimals, 8)))]);
-    }
-    return out;
+    return ticks(low, high, count).map((v) =>
+      this.log ? [10 ** v, number(10 ** v, 2, LARGEST)] : [v, minus(v.toFixed(Math.min(decimals, 8)))]);
   }
 }
 
@@ -96,13 +63,8 @@ class Plot {
     this.root.classList.toggle("is-wide", Boolean(told.wide));
     const height = told.wide ? bound(Math.round(width * 0.55), 300, 440) : told.equal ? Math.min(Math.round(width * 0.8), 360) : bound(Math.round(width * 0.58), 190, 300);
     const sharp = window.devicePixelRatio || 1;
-    if (canvas.width !== Math.round(width * sharp) || canvas.height !== Math.round(height * sharp)) {
-      [canvas.width, canvas.height] = [Math.round(width * sharp), Math.round(height * sharp)];
-      canvas.style.height = `${height}px`;
-    }
-    const context = canvas.getContext("2d");
-    context.setTransform(sharp, 0, 0, sharp, 0, 0);
-    context.clearRect(0, 0, width, height);
+    fitted(canvas, width, height, sharp);
+    const context = cleared(canvas, width, height, sharp);
     this.frame(told, width, height);
     this.grid(context, told, ink);
     this.curves(context, told, ink);
@@ -123,19 +85,11 @@ class Plot {
     const { left, right, top, bottom } = this.box;
     context.font = "12px system-ui, sans-serif";
     context.lineWidth = 1;
-    context.setLineDash([]);
-    const path = (color, a, b, c, d) => {
-      context.strokeStyle = color;
-      context.beginPath();
-      context.moveTo(a, b);
-      context.lineTo(c, d);
-      context.stroke();
-    };
     context.textAlign = "center";
     context.textBaseline = "top";
     for (const [value, text] of this.x.ticks((right - left) / 48)) {
       const at = Math.round(this.x.at(value)) + 0.5;
-      path(ink("grid"), at, top, at, bottom);
+      segment(context, ink("grid"), at, top, at, bottom);
       context.fillStyle = ink("soft");
       context.fillText(text, bound(at, left, right - 8), bottom + 5);
     }
@@ -144,7 +98,7 @@ class Plot {
     context.textBaseline = "middle";
     for (const [value, text] of this.y.ticks((bottom - top) / 36)) {
       const at = Math.round(this.y.at(value)) + 0.5;
-      path(ink("grid"), left, at, right, at);
+      segment(context, ink("grid"), left, at, right, at);
       context.fillStyle = ink("soft");
       context.fillText(text, left - 6, bound(at, top + 5, bottom - 4));
     }
@@ -159,11 +113,7 @@ class Plot {
   }
   curves(context, told, ink) {
     const { left, right, top, bottom } = this.box;
-    context.save();
-    context.beginPath();
-    context.rect(left, top, right - left, bottom - top);
-    context.clip();
-    context.lineJoin = "round";
+    clipped(context, left, top, right, bottom);
     for (const line of told.lines) {
       context.strokeStyle = ink(`style${line.style % STYLES}`);
       context.lineWidth = line.thin ? 1.2 : 2.2;
@@ -200,7 +150,7 @@ class Plot {
   // What the picture says, for those who see it and for those who do not.
   name(told, ink) {
     const named = [...new Map(told.lines.filter((l) => l.label).map((l) => [l.label, l])).values()];
-    const marks = told.marks.filter((m) => m.label).map((m) => `${m.label} at ${number(m.x)}, ${number(m.y)}`);
+    const marks = told.marks.filter((m) => m.label).map((m) => `${m.label} at ${number(m.x, 3, LARGEST)}, ${number(m.y, 3, LARGEST)}`);
     const curves = named.length ? ` of ${named.map((l) => l.label).join(", ")}` : "";
     const text = `${told.title}${curves}: ${told.y.label} over ${told.x.label}. ${marks.join("; ")}`;
     this.canvas.setAttribute("aria-label", text);
@@ -229,7 +179,7 @@ class Sliders {
   constructor(model, el) {
     this.model = model;
     this.settings = { ...model.get("settings") };
-    this.root = make(el, "div", { className: "rbfound-sliders" }, { "data-lm-suppress-shortcuts": "true" });
+    this.root = make(el, "div", { className: "rbfound-sliders" });
     const inner = make(this.root, "div", { className: "rbs-inner" });
     this.inputs = make(inner, "div", { className: "rbs-inputs" });
     for (const control of model.get("controls")) this[control.kind](control);
@@ -251,7 +201,7 @@ class Sliders {
     input.value = told.log ? Math.log10(this.settings[told.name]) : this.settings[told.name];
     const show = () => {
       const value = this.settings[told.name];
-      const text = `${Number.isInteger(told.step) ? value.toFixed(0) : number(value)} ${told.unit}`.trim();
+      const text = `${Number.isInteger(told.step) ? value.toFixed(0) : number(value, 3, LARGEST)} ${told.unit}`.trim();
       shown.textContent = text;
       input.setAttribute("aria-valuetext", text);
     };
@@ -355,18 +305,11 @@ class Sliders {
     this.model.on("change:result", heard);
     const size = new ResizeObserver(() => this.redraw());
     size.observe(this.figures);
-    const theme = () => { this.root.classList.toggle("is-dark", isDark()); this.redraw(); };
-    const change = new MutationObserver(theme), system = matchMedia("(prefers-color-scheme: dark)");
-    for (const node of [document.documentElement, document.body]) {
-      change.observe(node, { attributeFilter: ["data-theme", "data-jp-theme-light"] });
-    }
-    system.addEventListener("change", theme);
-    this.root.classList.toggle("is-dark", isDark());
+    const themed = theming(this.root, () => this.redraw());
     this.remove = () => {
       this.model.off?.("change:result", heard);
       size.disconnect();
-      change.disconnect();
-      system.removeEventListener("change", theme);
+      themed();
     };
   }
 }

@@ -4,8 +4,10 @@ A host (a page with Python in a worker, or a kernel) hands the values to a front
 """
 
 import json
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,14 @@ from rbfound.live.frontend import answer, scene
 from rbfound.thesis import bearings, rotor
 
 Values = dict[str, Any]
+
+# What an argument of `rbfound.load_frf`, as messages name it, is called in the page.
+FIELDS = {
+    "fill=True takes": 'The box "A missing FRF from its mirror" takes',
+    "unit=": 'the field "Unit" ',
+    "columns=": 'the field "Columns" ',
+    "pattern=": 'the field "Names of the files" ',
+}
 
 
 @dataclass(frozen=True)
@@ -50,22 +60,45 @@ def start(name: str, folder: Path) -> Live:
     return THINGS[name][1](folder)
 
 
-def opened(name: str, folder: Path, unit: str = "") -> Live:
+def opened(name: str, folder: Path, **fields: Any) -> Live:
     """Start a thing with a reader's own files: one file, or a folder of them, as `rbfound.load_frf` takes them.
 
     Parameters
     ----------
-    unit : of the responses, where the files do not say it
+    fields : `unit`, `columns`, `pattern`, `fill` of `rbfound.load_frf`, where files do not say it; an empty one is none
+
+    Raises
+    ------
+    ValueError
+        As `rbfound.load_frf`, with the fields of the page in place of Python's arguments.
     """
     if name not in OPENS:
         raise ValueError(f"{name} takes no files: {', '.join(OPENS)} does.")
-    files = sorted(folder.iterdir())
-    return OPENS[name](files[0] if len(files) == 1 else folder, unit or None)
+    inside = sorted(folder.iterdir())
+    given = {key: value for key, value in fields.items() if value}
+    try:
+        return OPENS[name](inside[0] if len(inside) == 1 else folder, given)
+    except ValueError as error:
+        raise ValueError(_in_fields(str(error))) from error
 
 
 def front(name: str) -> str:
-    """Name of the module, and of the style sheet, in the package that draws a thing."""
+    """Name of the front end that draws a thing: see `script` and `sheet`."""
     return THINGS[name][0]
+
+
+def script(name: str) -> str:
+    """A front end as one module: what all of them share, and its own."""
+    return "\n".join(_text(f"{part}.js") for part in ("core", name))
+
+
+def sheet(name: str) -> str:
+    """The style sheet of a front end."""
+    return _text(f"{name}.css")
+
+
+def _text(name: str) -> str:
+    return files("rbfound.live").joinpath(name).read_text(encoding="utf-8")
 
 
 def packed(values: Values) -> tuple[str, list[Any]]:
@@ -82,6 +115,13 @@ def packed(values: Values) -> tuple[str, list[Any]]:
         return {"buffer": len(buffers) - 1}
 
     return json.dumps(values, default=aside, allow_nan=False), buffers
+
+
+def _in_fields(message: str) -> str:
+    """A message of the package in the words of the page, which has fields for some arguments."""
+    for argument, words in FIELDS.items():
+        message = re.sub(rf"\b{argument}", words, message)
+    return message
 
 
 def _sliders(controls: list[Values], answer: Callable[[Mapping[str, Any]], Values]) -> Live:
@@ -117,8 +157,8 @@ def _peak_picker(folder: Path) -> Live:
     return _picker(bench_of(load_frf(folder / "fine"), rotor(), bearings(), truth), "pmsm")
 
 
-def _own_peak_picker(path: Path, unit: str | None) -> Live:
-    return _picker(bench_of(load_frf(path, unit=unit)), "identify")
+def _own_peak_picker(path: Path, fields: Mapping[str, Any]) -> Live:
+    return _picker(bench_of(load_frf(path, **fields)), "identify")
 
 
 def _picker(bench: Bench, method: str) -> Live:
@@ -155,4 +195,4 @@ THINGS: Mapping[str, tuple[str, Callable[[Path], Live]]] = {
     "unbalance": ("sliders", _unbalance),
     "reduction": ("sliders", _reduction),
 }
-OPENS: Mapping[str, Callable[[Path, str | None], Live]] = {"peak_picker": _own_peak_picker}
+OPENS: Mapping[str, Callable[[Path, Mapping[str, Any]], Live]] = {"peak_picker": _own_peak_picker}

@@ -1,7 +1,6 @@
 """What moves in a notebook: peaks on a picture, sliders with numbers beside them. Needs the extra rbfound[widgets]."""
 
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from typing import Any
 
 import anywidget
@@ -12,6 +11,7 @@ from rbfound.frf import FRF
 from rbfound.live.bench import Bench, bench_of
 from rbfound.live.frontend import answer, scene
 from rbfound.live.picking import METHODS, Picked, picks_of
+from rbfound.live.things import script, sheet
 from rbfound.rotor import Bearing, Rotor
 
 
@@ -30,8 +30,8 @@ class PeakPicker(anywidget.AnyWidget):
     message : why there is no foundation, "" where there is one
     """
 
-    _esm = files("rbfound.live").joinpath("picker.js").read_text(encoding="utf-8")
-    _css = files("rbfound.live").joinpath("picker.css").read_text(encoding="utf-8")
+    _esm = script("picker")
+    _css = sheet("picker")
 
     # what the picture sends need not come back to it: the answer bears its stamp
     peaks: Any = T.List().tag(sync=True, echo_update=False)

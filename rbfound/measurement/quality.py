@@ -27,6 +27,8 @@ WRITTEN = 1e-6
 NOT_RECIPROCAL = 0.05
 # The static limit is reached well below the first peak: at a third of it receptances are 12 % above.
 STATIC_PART = 1 / 3
+# The next four lines of a static limit are within this part of it, or it is none.
+APART = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,12 +147,23 @@ def check(frf: FRF) -> Report:
         damping=damping,
         resolution=width / steps[at - 1],
         double=double,
-        static=np.where(np.abs(driving[0].real) < BEYOND * np.diag(local[0]), np.nan, driving[0].real),
+        static=np.where(_hidden(driving.real, local, f[0] <= STATIC_PART * first), np.nan, driving[0].real),
         reaches_static=bool(f[0] <= STATIC_PART * first),
         warnings=(),
         notes=frf.notes,
     )
     return Report(**{**vars(found), "warnings": tuple(_warnings(found))})
+
+
+def _hidden(static: Array, noise: Array, limit: bool) -> NDArray[np.bool_]:
+    """Whether noise hides the first line of each driving point (n, seats).
+
+    It does where it is as large, and where the lines that follow show another static limit, if the first one has to be
+    one (`limit`): what was integrated from an acceleration at nearly 0 Hz is a number of any size.
+    """
+    next_ones = np.median(static[1:5], axis=0)
+    small = np.abs(static[0]) < BEYOND * np.diag(noise[0])
+    return np.asarray(small | (limit & (np.abs(static[0] - next_ones) > APART * np.abs(next_ones))))
 
 
 def gains(frf: FRF) -> NDArray[np.bool_]:
@@ -245,7 +258,10 @@ def _warnings(report: Report) -> list[str]:
                 f"{FEW_LINES:.0f} or more, a spacing of {report.spacing * lines / FEW_LINES:.2g} Hz."
             )
     if not len(report.peaks):
-        out.append("No peak stands out of the curves: nothing can be identified in this band.")
+        out.append(
+            "No peak stands out of the curves: the band holds no resonance, or it is narrower than one, which a fit of "
+            "modes may find all the same."
+        )
     elif not report.reaches_static:
         out.append(
             f"The lowest line, {report.low:g} Hz, lies above a third of the first peak's {report.peaks[0]:.4g} Hz: "

@@ -39,8 +39,7 @@ from rbfound.plots.machines import (
     spread as spread,
     unbalance as unbalance,
 )
-from rbfound.plots.quality import blow as blow, checked as checked, coherences as coherences
-from rbfound.plots.report_page import page as page
+from rbfound.plots.quality import blow as blow, checked as checked, coherences as coherences, page as page
 from rbfound.plots.solids import (
     VIEW as VIEW,
     body as body,

@@ -11,22 +11,34 @@ from rbfound.frf import FRF
 from rbfound.identification import CircleFit, ErrorBars, Residues, Stabilisation
 from rbfound.measurement import mode_indicator
 from rbfound.plots.machines import campbell_on
-from rbfound.plots.style import BLACK, BLUE, LINES, ORANGE, RED, SKY, styled
+from rbfound.plots.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    LINES,
+    MARKERS,
+    ORANGE,
+    RED,
+    SKY,
+    each,
+    legend_above,
+    legend_on,
+    styled,
+)
 from rbfound.units import hertz, radians, rpm
 
 
 @styled
 def campbell_bands(diagram: Campbell, bars: ErrorBars, magnified: float = 1.0, highest: float | None = None) -> None:
     """A Campbell diagram with a band of two deviations either way about each branch, so many times magnified."""
-    figure, ax = plt.subplots(figsize=(7.2, 4.6))
+    _, ax = plt.subplots(figsize=(7.2, 4.6))
     campbell_on(ax, diagram, highest, legend=False)
     for branch, deviation in zip(bars.frequency.T, bars.frequency_deviation.T, strict=True):
         half = 2 * magnified * deviation
         ax.fill_between(rpm(diagram.speeds), branch - half, branch + half, color=BLUE, alpha=0.22, lw=0)
     times = f", {magnified:g} times" if magnified != 1 else ""
     ax.fill_between([], [], [], color=BLUE, alpha=0.22, lw=0, label=f"two deviations{times}")
-    figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=8.5)
-    plt.show()
+    legend_above(ax, 3, fontsize=8.5)
 
 
 @styled
@@ -44,7 +56,6 @@ def errors_in_bars(frequency: ArrayLike, errors: Sequence[ArrayLike], level: flo
     ax.set_xticks(range(len(names)), names)
     ax.set(xlabel="natural frequency of the machine [Hz]", ylabel="error / deviation [-]", ylim=(-4.5, 4.5))
     ax.legend(loc="upper right")
-    plt.show()
 
 
 @styled
@@ -58,22 +69,21 @@ def beside_truth(
 ) -> None:
     """Magnitudes of complex curves over one axis with the truth under them, and below how far each is from it [%]."""
     x, truth = np.asarray(x), np.asarray(truth)
-    figure, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 4.8), height_ratios=(3, 2))
+    _, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 4.8), height_ratios=(3, 2))
     top.semilogy(x, np.abs(truth), color="#bbbbbb", lw=5, label="truth")
-    for (name, curve), (color, line) in zip(curves.items(), LINES, strict=False):
+    for name, curve, color, line in each(curves):
         top.semilogy(x, np.abs(curve), line, color=color, lw=1.2, label=name)
         bottom.semilogy(x, 100 * np.abs(np.asarray(curve) / truth - 1), line, color=color, lw=1.0)
     top.set_ylabel(ylabel)
     bottom.set(xlabel=xlabel, ylabel="error [%]")
-    figure.legend(*top.get_legend_handles_labels(), loc="outside upper center", ncols=4)
-    plt.show()
+    legend_above(top, 4)
 
 
 @styled
 def passivity(frequency: ArrayLike, levels: Mapping[str, ArrayLike]) -> None:
     """The least energy that a foundation takes in, over frequency [Hz]: `rbfound.identification.passivity`. Grey is
     below zero."""
-    figure, ax = plt.subplots(figsize=(7.2, 3.4))
+    _, ax = plt.subplots(figsize=(7.2, 3.4))
     markers = ("", "o", "x")
     lowest = min(float(np.min(values)) for values in levels.values())
     ax.axhspan(110 * lowest, 0, color="#eeeeee")
@@ -86,8 +96,7 @@ def passivity(frequency: ArrayLike, levels: Mapping[str, ArrayLike]) -> None:
         ax.plot(frequency, 100 * np.asarray(values), ls=style, marker=marker, markersize=3, color=color, label=name)
     ax.set(xlabel="frequency [Hz]", ylabel="least loss, part of |H| [%]")
     ax.margins(y=0.02)
-    figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    plt.show()
+    legend_above(ax, 3)
 
 
 @styled
@@ -101,7 +110,6 @@ def price(names: Sequence[str], seconds: ArrayLike, errors: ArrayLike) -> None:
         ax.annotate(name, (x, y), xytext=(7, 6 if k % 2 else -13), textcoords="offset points", fontsize=9)
     ax.set(xlabel="largest error of a natural frequency [%]", ylabel="CPU time to the foundation [s]")
     ax.margins(x=0.18, y=0.25)
-    plt.show()
 
 
 @styled
@@ -123,7 +131,6 @@ def parts(frequency: ArrayLike, H: ArrayLike, fit: CircleFit, width: float = 3.0
         ax.set_ylabel(f"{name}  [m/N]")
     axes[0].legend(ncols=4, fontsize=8, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     axes[1].set_xlabel("frequency [Hz]")
-    plt.show()
 
 
 @styled
@@ -160,13 +167,6 @@ def nyquist(frequency: ArrayLike, H: ArrayLike, fit: CircleFit) -> None:
     ax.margins(0.22, 0.14)
     ax.ticklabel_format(scilimits=(-2, 2))
     ax.legend(loc="center left", bbox_to_anchor=(1.02, 0.5))
-    plt.show()
-
-
-GREY = "#b5b5b5"
-
-
-MARKERS = ("o", "s", "^", "x")
 
 
 @styled
@@ -202,7 +202,6 @@ def stabilisation_chart(chart: Stabilisation, frf: FRF, picked: ArrayLike = ()) 
     ax.set(xlabel="frequency [Hz]", ylabel="order of the polynomial", xlim=(low, high), yticks=chart.orders[::2])
     ax.grid(axis="y", visible=False)
     ax.legend(title="stable in", loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, fontsize=8.5)
-    plt.show()
 
 
 @styled
@@ -217,14 +216,13 @@ def polynomials(frequency: ArrayLike, bases: Mapping[str, ArrayLike]) -> None:
         ax.set(xlabel="frequency [Hz]", title=name)
     axes[0, 0].set_ylabel("polynomial, largest 1 [-]")
     axes[0, -1].legend(title="degree", loc="center left", bbox_to_anchor=(1.0, 0.5))
-    plt.show()
 
 
 @styled
 def conditions(modes: Sequence[int], numbers: Mapping[str, ArrayLike]) -> None:
     """Condition numbers over the number of modes, with the two that double precision allows."""
     _, ax = plt.subplots()
-    for (name, values), (color, line), marker in zip(numbers.items(), LINES, MARKERS, strict=False):
+    for (name, values, color, line), marker in zip(each(numbers), MARKERS, strict=False):
         ax.semilogy(modes, values, line, color=color, marker=marker, markersize=5, label=name)
     eps = np.finfo(float).eps
     for level, text in ((eps**-0.5, "normal equations keep no digit"), (1 / eps, "least squares keep none")):
@@ -232,7 +230,6 @@ def conditions(modes: Sequence[int], numbers: Mapping[str, ArrayLike]) -> None:
         ax.annotate(text, (modes[0], level), (2, 3), textcoords="offset points", fontsize=8.5)
     ax.set(xlabel="modes", ylabel="condition number [-]", xticks=modes)
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=len(numbers))
-    plt.show()
 
 
 @styled
@@ -256,12 +253,11 @@ def pole_map(
         return f[inside], np.clip(zeta[inside], -0.3, heaviest)
 
     ax.plot(*place(truth), "+", color=GREY, markersize=17, mew=3, label="truth")
-    for (name, poles), (color, _), marker in zip(found.items(), LINES, MARKERS, strict=False):
+    for (name, poles, color, _), marker in zip(each(found), MARKERS, strict=False):
         ax.plot(*place(poles), marker, mec=color, mfc="none", color=color, markersize=6.5, mew=1.3, label=name)
     ax.axhline(0, color=BLACK, lw=0.8)
     ax.set(xlabel="frequency [Hz]", ylabel="damping [%]", xlim=band, ylim=(-0.4, heaviest * 1.02))
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
-    plt.show()
+    legend_on(ax, 4)
 
 
 @styled
@@ -277,8 +273,7 @@ def residual_parts(fit: Residues, data: FRF, response: str, force: str) -> None:
     shown = {"data": data.H[data.frequency > 0, i, j], "modes in the band": whole - above - below}
     shown |= {"what lies above": above} | ({"what lies below": below} if fit.lower.any() else {})
     ax.semilogy(f, np.abs(shown.pop("data")), color=GREY, lw=4, label="data")
-    for (name, H), (color, line) in zip(shown.items(), LINES, strict=False):
+    for name, H, color, line in each(shown):
         ax.semilogy(f, np.abs(H), line, color=color, lw=1.3, label=name)
     ax.set(xlabel="frequency [Hz]", ylabel=f"|H|, {response} from {force}  [m/N]", xlim=fit.band)
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
-    plt.show()
+    legend_on(ax, 4)

@@ -12,7 +12,7 @@ from rbfound.foundation import Foundation
 from rbfound.frf import FRF
 from rbfound.machine import Machine
 from rbfound.plots.frf import matrix_on
-from rbfound.plots.style import BLACK, BLUE, LINES, RED, SKY, styled
+from rbfound.plots.style import BLACK, BLUE, LINES, RED, SKY, each, legend_above, legend_on, marked, styled
 from rbfound.rotor import Bearing, Rotor
 from rbfound.system import Modes
 from rbfound.theory import RigidRotor
@@ -32,10 +32,9 @@ def ladder(columns: Mapping[str, tuple[ArrayLike, ArrayLike]], limit: float = 12
                 ax.plot([k - 0.38, k + 0.38], [f, f], color=color, ls=line, lw=1.8)
     for color, line, name in kinds.values():
         ax.plot([], [], color=color, ls=line, label=name)
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+    legend_on(ax, 2)
     ax.set(ylabel="natural frequency [Hz]", ylim=(0, limit), xticks=range(len(columns)), xticklabels=list(columns))
     ax.grid(axis="x", visible=False)
-    plt.show()
 
 
 @styled
@@ -43,16 +42,11 @@ def rotor(rotor: Rotor, bearings: Mapping[float, Bearing]) -> None:
     """The shaft to scale, its disks, and where the bearings hold it."""
     _, ax = plt.subplots(figsize=(7.6, 2.5))
     rotor_on(ax, rotor, bearings)
-    plt.show()
 
 
 def rotor_on(ax: Axes, rotor: Rotor, bearings: Mapping[float, Bearing]) -> None:
     """A rotor to scale into given axes."""
-    ends = 1e3 * rotor.shaft.ends
-    for left, right, diameter in zip(ends[:-1], ends[1:], rotor.shaft.diameter, strict=True):
-        ax.add_patch(
-            plt.Rectangle((left, -500 * diameter), right - left, 1000 * diameter, fc="#c9d6e2", ec=BLACK, lw=1)
-        )
+    _shaft_on(ax, rotor)
     top = 500 * max(rotor.shaft.diameter)
     for z, disk in rotor.disks.items():
         ax.plot(1e3 * z, 0, "o", color=RED, markersize=13)
@@ -61,8 +55,17 @@ def rotor_on(ax: Axes, rotor: Rotor, bearings: Mapping[float, Bearing]) -> None:
         ax.plot(1e3 * z, -top - 16, "^", color=BLACK, markersize=13)
         ax.annotate(f"{1e3 * z:g}", (1e3 * z, -top - 30), (0, -10), textcoords="offset points", ha="center", va="top")
     ax.axhline(0, color=BLACK, lw=0.7, ls="-.")
-    ax.set(xlabel="z [mm]", ylabel="[mm]", xlim=(-30, ends[-1] + 40), ylim=(-top - 115, top + 25), aspect="equal")
+    ax.set(xlabel="z [mm]", ylabel="[mm]", xlim=(-30, 1e3 * rotor.shaft.ends[-1] + 40))
+    ax.set(ylim=(-top - 115, top + 25), aspect="equal")
     ax.grid(False)
+
+
+def _shaft_on(ax: Axes, rotor: Rotor) -> None:
+    """The segments of a shaft, in millimetres."""
+    ends = 1e3 * rotor.shaft.ends
+    for left, right, diameter in zip(ends[:-1], ends[1:], rotor.shaft.diameter, strict=True):
+        box = plt.Rectangle((left, -500 * diameter), right - left, 1000 * diameter, fc="#c9d6e2", ec=BLACK, lw=1)
+        ax.add_patch(box)
 
 
 @styled
@@ -89,7 +92,6 @@ def mode_shapes(machine: Machine, modes: Modes, which: Sequence[int]) -> None:
     axes[-1, 0].set_xlabel("z [m]")
     figure.supylabel("displacement, relative", fontsize=9.5)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=4)
-    plt.show()
 
 
 @styled
@@ -97,7 +99,6 @@ def campbell(diagram: Campbell, highest: float | None = None) -> None:
     """Campbell diagram: natural frequencies over speed, the line of rotation, and the critical speeds."""
     _, ax = plt.subplots(figsize=(7.2, 4.4))
     campbell_on(ax, diagram, highest)
-    plt.show()
 
 
 def campbell_on(ax: Axes, diagram: Campbell, highest: float | None = None, legend: bool = True) -> None:
@@ -135,18 +136,16 @@ def spread(samples: ArrayLike, marks: Mapping[str, ArrayLike], limit: float = 60
             ax.axvline(float(f), color=color, ls=line, lw=1.3, label=name if k == 0 else None)
     ax.set(xlabel="natural frequency [Hz]", ylabel="count", yscale="log", xlim=(0, limit))
     ax.legend(loc="upper right", fontsize=8)
-    plt.show()
 
 
 @styled
 def unbalance(answers: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> None:
     """Amplitudes over speed of named unbalance responses, each (speeds [rad/s], displacement [m])."""
     _, ax = plt.subplots(figsize=(7.2, 3.2))
-    for (name, (speed, x)), (color, line) in zip(answers.items(), LINES, strict=False):
+    for name, (speed, x), color, line in each(answers):
         ax.semilogy(rpm(speed), 1e6 * np.abs(x), line, color=color, label=name)
     ax.set(xlabel="speed [rev/min]", ylabel="amplitude [µm]")
     ax.legend()
-    plt.show()
 
 
 @styled
@@ -169,7 +168,6 @@ def overview(
     third.set_title("3  the rotor in its bearings, on the foundation", loc="left")
     campbell_on(fourth, diagram, highest=700, legend=False)
     fourth.set_title("4  natural frequencies and critical speeds", loc="left")
-    plt.show()
 
 
 Orbit = tuple[complex, complex]
@@ -204,7 +202,6 @@ def rigid_on_supports(rotor: RigidRotor) -> None:
     ax.plot(0.34 * span * np.cos(arc), up[1] * 0 + 0.34 * span * np.sin(arc) + up[1] * 0.2, color=BLUE, lw=1.4)
     ax.set_aspect("equal")
     ax.set_axis_off()
-    plt.show()
 
 
 @styled
@@ -213,14 +210,13 @@ def orbits(panels: Mapping[str, Mapping[str, Orbit]], *, unit: str = "relative",
     clockwise, X to Y."""
     _, axes = plt.subplots(1, len(panels), figsize=(min(9.6, 2.5 * len(panels) + 0.6), 3.0), squeeze=False)
     for ax, (title, curves) in zip(axes[0], panels.items(), strict=True):
-        for (name, (x, y)), (color, line) in zip(curves.items(), LINES, strict=False):
+        for name, (x, y), color, line in each(curves):
             _orbit_on(ax, scale * x, scale * y, name, color, line)
         ax.set(title=title, aspect="equal", xlabel=f"x  [{unit}]")
         ax.margins(0.15)
         ax.set_adjustable("datalim")
     axes[0, 0].set_ylabel(f"y  [{unit}]")
-    axes[0, 0].figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
-    plt.show()
+    legend_above(axes[0, 0], 4)
 
 
 def _orbit_on(ax: Axes, x: complex, y: complex, name: str, color: str, line: str) -> None:
@@ -241,20 +237,16 @@ def amplitude_and_phase(
 ) -> None:
     """Size (logarithmic) and phase of named complex curves, each (x, values); thin lines at marked places."""
     _, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 4.6), height_ratios=(2, 1))
-    for (name, (x, values)), (color, line) in zip(curves.items(), LINES, strict=False):
+    for name, (x, values), color, line in each(curves):
         values = np.asarray(values)
         phase = np.unwrap(np.angle(values))
         top.semilogy(x, np.abs(values), line, color=color, label=name)
         bottom.plot(x, np.degrees(phase), line, color=color)
-    for name, place in (marks or {}).items():
-        for ax in (top, bottom):
-            ax.axvline(place, color=BLACK, lw=0.7, ls=":")
-        top.annotate(name, (place, 1), xycoords=("data", "axes fraction"), ha="center", va="bottom", fontsize=8)
+    marked([top, bottom], marks or {})
     top.set_ylabel(ylabel)
     top.legend()
     bottom.set(xlabel=xlabel, ylabel="phase [°]")
     bottom.yaxis.set_major_locator(plt.MultipleLocator(90))
-    plt.show()
 
 
 @styled
@@ -262,15 +254,12 @@ def over_speed(
     curves: Mapping[str, tuple[ArrayLike, ArrayLike]], *, ylabel: str, marks: Mapping[str, float] | None = None
 ) -> None:
     """Sizes of named curves over speed, each (speeds [rad/s], values), with thin lines at marked speeds [rad/s]."""
-    figure, ax = plt.subplots(figsize=(7.2, 3.5))
-    for (name, (speeds, values)), (color, line) in zip(curves.items(), LINES, strict=False):
+    _, ax = plt.subplots(figsize=(7.2, 3.5))
+    for name, (speeds, values), color, line in each(curves):
         ax.semilogy(rpm(speeds), np.abs(values), line, color=color, label=name)
-    for name, speed in (marks or {}).items():
-        ax.axvline(rpm(speed), color=BLACK, lw=0.7, ls=":")
-        ax.annotate(name, (rpm(speed), 1), xycoords=("data", "axes fraction"), ha="center", va="bottom", fontsize=8)
+    marked([ax], {name: float(rpm(speed)) for name, speed in (marks or {}).items()})
     ax.set(xlabel="speed [rev/min]", ylabel=ylabel)
-    figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    plt.show()
+    legend_above(ax, 3)
 
 
 @styled
@@ -278,11 +267,7 @@ def rotors(panels: Mapping[str, tuple[Rotor, Mapping[float, Bearing]]]) -> None:
     """Rotors under each other, to one scale: triangles where the bearings stand, a dot for each disk."""
     _, axes = plt.subplots(len(panels), 1, sharex=True, figsize=(7.2, 1.0 + 1.15 * len(panels)), squeeze=False)
     for ax, (title, (rotor, bearings)) in zip(axes[:, 0], panels.items(), strict=True):
-        ends = 1e3 * rotor.shaft.ends
-        for left, right, diameter in zip(ends[:-1], ends[1:], rotor.shaft.diameter, strict=True):
-            ax.add_patch(
-                plt.Rectangle((left, -500 * diameter), right - left, 1000 * diameter, fc="#c9d6e2", ec=BLACK, lw=0.9)
-            )
+        _shaft_on(ax, rotor)
         for z in rotor.disks:
             ax.plot(1e3 * z, 0, "o", color=RED, markersize=9)
         for z in bearings:
@@ -291,7 +276,6 @@ def rotors(panels: Mapping[str, tuple[Rotor, Mapping[float, Bearing]]]) -> None:
         ax.set_title(title, loc="left", fontsize=9)
         ax.grid(False)
     axes[-1, 0].set_xlabel("z [mm]")
-    plt.show()
 
 
 @styled
@@ -315,4 +299,3 @@ def directions(names: Sequence[str], sizes: ArrayLike, rows: NDArray[np.float64]
     right.grid(False)
     left.set_title("no bar: zero", fontsize=9)
     right.set_title("parts of the direction", fontsize=9)
-    plt.show()

@@ -1,5 +1,11 @@
-"""Figures of measured data: the report on a set of FRFs, a hammer blow, coherence."""
+"""Figures of measured data: the report on a set of FRFs, a hammer blow, coherence; and the page with the report.
 
+`rbfound identify --report` writes that page: one HTML file with text and figures, nothing to load.
+"""
+
+import base64
+import html
+import io
 from collections.abc import Mapping
 
 import matplotlib.pyplot as plt
@@ -8,10 +14,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
+from rbfound.foundation import Foundation
 from rbfound.frf import FRF
 from rbfound.measurement import FEW_LINES, STATIC_PART, Blocks, Report, gains, mode_indicator
-from rbfound.plots.style import BLACK, BLUE, LINES, ORANGE, RED, STYLE, styled
+from rbfound.plots.style import BLACK, BLUE, ORANGE, RED, STYLE, each, legend_on, styled
 from rbfound.tables import number
+
+PAGE_STYLE = """body { font: 16px/1.5 sans-serif; max-width: 62em; margin: 2em auto; padding: 0 1em; }
+pre { background: #f4f4f4; padding: 1em; overflow-x: auto; } img { max-width: 100%; }"""
 
 # A matrix of noise is lettered up to so many seats.
 LETTERED = 8
@@ -21,7 +31,6 @@ LETTERED = 8
 def checked(frf: FRF, report: Report) -> None:
     """A report on a set of FRFs as one figure, see `check_on`."""
     check_on(plt.figure(figsize=(9.2, 8.2)), frf, report)
-    plt.show()
 
 
 def check_figure(frf: FRF, report: Report) -> Figure:
@@ -138,19 +147,73 @@ def blow(blocks: Blocks, seat: str) -> None:
     right.plot(t, response, "-", color=BLACK, lw=0.8, label=f"acceleration at {seat}")
     right.set(xlabel="time [s]", ylabel="acceleration [m/s²]", title="the answer in one block")
     right.legend()
-    plt.show()
 
 
 @styled
 def coherences(curves: Mapping[str, tuple[ArrayLike, ArrayLike, ArrayLike]], low: float = 0.0) -> None:
     """Named receptances with their coherences, each (frequency [Hz], H [m/N], coherence), above a frequency [Hz]."""
     _, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(7.6, 4.8), height_ratios=(2, 1.1))
-    for (name, values), (color, line) in zip(curves.items(), LINES, strict=False):
+    for name, values, color, line in each(curves):
         f, H, coherence = (np.asarray(value) for value in values)
         seen = f >= low
         top.semilogy(f[seen], np.abs(H[seen]), line, color=color, lw=1.2, label=name)
         bottom.plot(f[seen], coherence[seen], line, color=color, lw=1.0)
     top.set_ylabel("receptance |H|  [m/N]")
-    top.legend(ncols=3, loc="lower center", bbox_to_anchor=(0.5, 1.0))
+    legend_on(top, 3)
     bottom.set(xlabel="frequency [Hz]", ylabel="coherence [-]", ylim=(-0.03, 1.05))
-    plt.show()
+
+
+def page(frf: FRF, report: Report, foundation: Foundation) -> str:
+    """An HTML page with the report on the FRFs, the foundation made of them, and both in figures."""
+    model = foundation.frf(frf.frequency)
+    parts = [
+        "<h1>A foundation from its FRFs</h1>",
+        "<h2>The measured FRFs</h2>",
+        f"<pre>{html.escape(str(report))}</pre>",
+        _image(check_figure(frf, report), "Peaks, noise, reciprocity, driving points and resolution of the FRFs"),
+        _image(_driving_points(frf, model), "Driving points, measured and of the model"),
+        _image(_indicator(frf, model), "Mode indicator, measured and of the model"),
+        "<h2>The foundation</h2>",
+        f"<pre>{html.escape(str(foundation))}</pre>",
+    ]
+    head = f'<meta charset="utf-8"><title>A foundation from its FRFs</title><style>{PAGE_STYLE}</style>'
+    return f'<!doctype html>\n<html lang="en"><head>{head}</head>\n<body>\n' + "\n".join(parts) + "\n</body></html>\n"
+
+
+def _driving_points(frf: FRF, model: FRF) -> Figure:
+    seats = len(frf.labels)
+    figure = Figure(figsize=(9, 2.2 * ((seats + 1) // 2)), layout="constrained")
+    for k, label in enumerate(frf.labels):
+        axes = figure.add_subplot((seats + 1) // 2, 2, k + 1)
+        axes.semilogy(frf.frequency, np.abs(frf.H[:, k, k]), "-", color="0.6", lw=2.5, label="measured")
+        axes.semilogy(frf.frequency, np.abs(model.H[:, k, k]), "k--", lw=1.0, label="model")
+        axes.set(title=f"{label} from {label}", xlabel="frequency [Hz]", ylabel="|H| [m/N]")
+        axes.grid(color="0.9")
+        if k == 0:
+            axes.legend()
+    return figure
+
+
+def _indicator(frf: FRF, model: FRF) -> Figure:
+    figure = Figure(figsize=(9, 3.4), layout="constrained")
+    axes = figure.add_subplot()
+    for values, style, name in ((mode_indicator(frf), "-", "measured"), (mode_indicator(model), "--", "model")):
+        for k in range(min(2, values.shape[1])):
+            axes.semilogy(
+                frf.frequency,
+                values[:, k],
+                style,
+                color="k" if style == "--" else "0.6",
+                label=name if k == 0 else None,
+            )
+    axes.set(xlabel="frequency [Hz]", ylabel="singular values [m/N]", title="mode indicator, first and second")
+    axes.grid(color="0.9")
+    axes.legend()
+    return figure
+
+
+def _image(figure: Figure, told: str) -> str:
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=110)
+    content = base64.b64encode(stream.getvalue()).decode()
+    return f'<p><img alt="{told}" src="data:image/png;base64,{content}"></p>'

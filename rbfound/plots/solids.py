@@ -45,7 +45,6 @@ def body(points: NDArray[np.float64], faces: NDArray[np.intp]) -> None:
         line, text = (np.array([corner, corner + f * along]) @ VIEW[:2].T for f in (1.0, 1.3))
         ax.plot(*line.T, color=BLACK, lw=1.2)
         ax.text(*text[1], name, ha="center", va="center")
-    plt.show()
 
 
 @styled
@@ -58,7 +57,6 @@ def section(points: NDArray[np.float64], quads: NDArray[np.intp]) -> None:
     ax.set(xlabel="z [mm]", ylabel="r [mm]", aspect="equal")
     ax.autoscale_view()
     ax.grid(False)
-    plt.show()
 
 
 @styled
@@ -71,7 +69,6 @@ def centre_lines(lines: Mapping[str, tuple[ArrayLike, ArrayLike, ArrayLike]]) ->
         ax.set(xlabel="z [m]", title=name)
         ax.legend(fontsize=8, loc="upper center", ncols=2)
     axes[0, 0].set(ylabel="displacement, relative", ylim=(-1.1, 1.7))
-    plt.show()
 
 
 @styled
@@ -93,7 +90,6 @@ def moved(
         ax.text(0.5, (start + end) / 2, f"{start:g} → {end:g}", ha="center", fontsize=8.5, backgroundcolor="white")
     ax.set(ylabel="natural frequency [Hz]", xticks=(0, 1), xticklabels=names, ylim=(-20, None))
     ax.grid(axis="x", visible=False)
-    plt.show()
 
 
 @styled
@@ -106,7 +102,6 @@ def campbells(diagrams: Mapping[str, Campbell], highest: float | None = None) ->
         ax.label_outer()
     handles = {label: handle for ax in axes[0] for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
     figure.legend(handles.values(), handles, loc="outside upper center", ncols=5, fontsize=8.5)
-    plt.show()
 
 
 @styled
@@ -124,4 +119,3 @@ def cost(coordinates: ArrayLike, seconds: ArrayLike, apart: ArrayLike, labels: S
         )
     ax.set(xlabel="coordinates", ylabel="time [s]")
     ax.margins(x=0.6, y=0.3)
-    plt.show()

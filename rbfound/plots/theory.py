@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike, NDArray
 
 from rbfound.frf import FRF
-from rbfound.plots.style import BLACK, BLUE, GREEN, LINES, RED, styled
+from rbfound.plots.frf import matrix_of_axes
+from rbfound.plots.style import BLACK, BLUE, GREEN, GREY, LINES, MARKERS, RED, each, legend_above, styled
 from rbfound.units import hertz
 
 
@@ -16,14 +17,13 @@ from rbfound.units import hertz
 def growth(curves: Mapping[str, Mapping[int, float]], size: str) -> None:
     """CPU seconds over size for each name, with the slope of a straight line through the logarithms."""
     _, ax = plt.subplots(figsize=(7.2, 3.4))
-    for (name, spent), (color, line), marker in zip(curves.items(), LINES, "osd^v", strict=False):
+    for (name, spent, color, line), marker in zip(each(curves), MARKERS, strict=False):
         n, seconds = np.array(list(spent)), np.array(list(spent.values()))
         slope, at_one = np.polyfit(np.log(n), np.log(seconds), 1)
         ax.loglog(n, seconds, marker, color=color, ms=6)
         ax.loglog(n, np.exp(at_one) * n**slope, line, color=color, lw=1.2, label=f"{name}: slope {slope:.1f}")
     ax.set(xlabel=size, ylabel="CPU time [s]")
     ax.legend()
-    plt.show()
 
 
 @styled
@@ -46,19 +46,17 @@ def winding(points: ArrayLike, turns: ArrayLike, poles: ArrayLike) -> None:
     phase = np.unwrap(np.angle(np.asarray(turns)))
     right.plot((phase - phase[0]) / np.pi, ".-", color=BLUE, ms=3, lw=1)
     right.set(xlabel="point on the contour", ylabel="phase of det D [half turns]")
-    plt.show()
 
 
 @styled
 def guesses(errors: Mapping[str, ArrayLike]) -> None:
     """Relative errors of poles by number, a line for each name."""
     _, ax = plt.subplots(figsize=(7.2, 3.2))
-    for (name, values), (color, line), marker in zip(errors.items(), LINES, "osd^v", strict=False):
+    for (name, values, color, line), marker in zip(each(errors), MARKERS, strict=False):
         y = np.maximum(np.asarray(values, dtype=float), 1e-16)
         ax.semilogy(np.arange(1, len(y) + 1), y, marker + line, color=color, ms=5, lw=1.2, label=name)
     ax.set(xlabel="number of the mode", ylabel="relative error of its pole [-]")
     ax.legend()
-    plt.show()
 
 
 @styled
@@ -70,13 +68,6 @@ def lines_where_needed(lines: ArrayLike, response: ArrayLike) -> None:
     ax.plot(x, np.full(len(x), y.min() / 3), "|", color=RED, ms=7, label="where they lie")
     ax.set(xlabel="speed [rev/min]", ylabel="amplitude at the disk [m]")
     ax.legend()
-    plt.show()
-
-
-GREY = "#b5b5b5"
-
-
-MARKERS = ("o", "s", "^", "D", "v", "x", "P")
 
 
 # Colour, line and shade of the three kinds of FRF: `rbfound.FRF.kind`.
@@ -107,7 +98,6 @@ def chain_drawing(masses: Sequence[str], links: Sequence[str]) -> None:
             ax.plot([x, x], [-0.05, 1.1], color=BLACK, lw=3)
     ax.set(xlim=(-0.2, 2 * n + 1.2), ylim=(-0.25, 1.65))
     ax.axis("off")
-    plt.show()
 
 
 def _link(ax: Axes, x: float, name: str) -> None:
@@ -136,26 +126,18 @@ def chain_shapes(shapes: ArrayLike, curves: ArrayLike, omega: ArrayLike, count: 
         ax.set(xlabel="mass", xticks=place[:: max(len(place) // 5, 1)])
     axes[0].set_ylabel("shape  [1/√kg]")
     axes[0].legend(fontsize=8, loc="lower center")
-    plt.show()
 
 
 @styled
 def frf_kinds(frf: FRF) -> None:
     """The FRF matrix with its direct, cross-coupling and cross-talk parts in lines and shades of their own."""
-    n, kinds = len(frf.labels), frf.kinds()
-    figure, axes = plt.subplots(n, n, sharex=True, sharey=True, figsize=(7.6, 6.4), squeeze=False)
-    for i, j in np.ndindex(n, n):
-        kind = str(kinds[i, j])
-        color, line, shade = KINDS[kind]
-        ax = axes[i, j]
+    axes, kinds = matrix_of_axes(frf.labels), frf.kinds()
+    for (i, j), ax in np.ndenumerate(axes):
+        color, line, shade = KINDS[str(kinds[i, j])]
         ax.set_facecolor(shade)
-        ax.semilogy(frf.frequency, np.abs(frf.H[:, i, j]), line, color=color, lw=1.3, label=kind)
-        ax.set_title(f"{frf.labels[i]} from {frf.labels[j]}", fontsize=8.5, pad=2)
-    figure.supxlabel("frequency [Hz]", fontsize=9.5)
-    figure.supylabel("receptance |H|  [m/N]", fontsize=9.5)
+        ax.semilogy(frf.frequency, np.abs(frf.H[:, i, j]), line, color=color, lw=1.3, label=str(kinds[i, j]))
     handles = {ax.get_lines()[0].get_label(): ax.get_lines()[0] for ax in axes.ravel()}
-    figure.legend(handles.values(), handles.keys(), loc="outside upper center", ncols=3)
-    plt.show()
+    axes[0, 0].figure.legend(handles.values(), handles.keys(), loc="outside upper center", ncols=3)
 
 
 @styled
@@ -170,8 +152,8 @@ def errors(
     floor : [%] errors below it are drawn there
     """
     x = np.asarray(x, dtype=float)
-    figure, ax = plt.subplots(figsize=(7.2, 3.9))
-    for (name, curve), (color, line), marker in zip(curves.items(), LINES, MARKERS, strict=False):
+    _, ax = plt.subplots(figsize=(7.2, 3.9))
+    for (name, curve, color, line), marker in zip(each(curves), MARKERS, strict=False):
         curve = np.maximum(100 * np.asarray(curve, dtype=float), floor)
         few = {"marker": marker, "markersize": 5} if len(x) <= 20 else {}
         ax.semilogy(x, curve, line, color=color, label=name, **few)
@@ -180,17 +162,15 @@ def errors(
     ax.set(xlabel=xlabel, ylabel="error [%]")
     if len(x) <= 20:
         ax.set_xticks(x)
-    figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=4)
-    plt.show()
+    legend_above(ax, 4)
 
 
 @styled
 def errors_for_seconds(panels: Mapping[str, Mapping[str, tuple[Sequence[int], ArrayLike, ArrayLike]]]) -> None:
     """Relative errors, drawn in per cent, over CPU time: a panel a body, a curve a way, (coordinates, [s], errors)."""
-    figure, axes = plt.subplots(1, len(panels), figsize=(8.4, 3.6), squeeze=False)
+    _, axes = plt.subplots(1, len(panels), figsize=(8.4, 3.6), squeeze=False)
     for ax, (body, curves) in zip(axes[0], panels.items(), strict=True):
-        styles = zip(curves.items(), LINES, MARKERS, strict=False)
-        for (name, (counts, seconds, error)), (color, line), marker in styles:
+        for (name, (counts, seconds, error), color, line), marker in zip(each(curves), MARKERS, strict=False):
             percent = 100 * np.asarray(error)
             ax.loglog(seconds, percent, line, color=color, label=name, marker=marker, markersize=5)
             for count, x, y in zip(counts, np.asarray(seconds), percent, strict=True):
@@ -198,15 +178,14 @@ def errors_for_seconds(panels: Mapping[str, Mapping[str, tuple[Sequence[int], Ar
         ax.set(title=body, xlabel="CPU time to the basis [s]")
         ax.margins(x=0.15, y=0.1)
     axes[0, 0].set_ylabel("largest error [%]")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    plt.show()
+    legend_above(axes[0, 0], 3)
 
 
 @styled
 def contributions(frequency: ArrayLike, terms: ArrayLike, omega: ArrayLike) -> None:
     """One FRF, the share of each mode (lines, modes) in it, and what the modes beyond the drawn ones add."""
     terms, shown = np.asarray(terms), 4
-    figure, ax = plt.subplots(figsize=(7.2, 4.2))
+    _, ax = plt.subplots(figsize=(7.2, 4.2))
     ax.semilogy(frequency, np.abs(terms.sum(axis=1)), color=GREY, lw=5, label="all modes")
     for k, (color, line) in zip(range(shown), LINES, strict=False):
         name = f"mode {k + 1}, {hertz(np.asarray(omega)[k]):.0f} Hz"
@@ -214,8 +193,7 @@ def contributions(frequency: ArrayLike, terms: ArrayLike, omega: ArrayLike) -> N
     rest = np.abs(terms[:, shown:].sum(axis=1))
     ax.semilogy(frequency, rest, color=BLACK, lw=0.9, marker=".", markevery=25, label="the others together")
     ax.set(xlabel="frequency [Hz]", ylabel="receptance |H|  [m/N]")
-    figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    plt.show()
+    legend_above(ax, 3)
 
 
 @styled
@@ -225,7 +203,7 @@ def zeros_and_poles(
     """FRFs one under the other, each (H, its anti-resonances [Hz]): triangles below mark these, dotted lines poles."""
     frequency = np.asarray(frequency, dtype=float)
     figure, axes = plt.subplots(len(panels), 1, sharex=True, figsize=(7.2, 0.6 + 1.75 * len(panels)), squeeze=False)
-    for ax, (name, (H, zeros)), (color, line) in zip(axes[:, 0], panels.items(), LINES, strict=False):
+    for ax, (name, (H, zeros), color, line) in zip(axes[:, 0], each(panels), strict=False):
         size = np.abs(np.asarray(H))
         ax.semilogy(frequency, size, line, color=color, lw=1.5, label="|H|")
         inside = [z for z in np.asarray(zeros) if frequency[0] <= z <= frequency[-1]]
@@ -237,14 +215,13 @@ def zeros_and_poles(
         ax.set_ylim(size.min() / 4, size.max() * 2)
     axes[-1, 0].set(xlabel="frequency [Hz]", xlim=(frequency[0], frequency[-1]))
     figure.supylabel("receptance |H|  [m/N]", fontsize=9.5)
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    plt.show()
+    legend_above(axes[0, 0], 3)
 
 
 @styled
 def phasors(shapes: Mapping[str, NDArray[np.complex128]]) -> None:
     """Shapes in the complex plane, one arrow a mass, each turned so that its largest entry is 1."""
-    figure, axes = plt.subplots(1, len(shapes), figsize=(2.5 * len(shapes), 3.4), squeeze=False, sharey=True)
+    _, axes = plt.subplots(1, len(shapes), figsize=(2.5 * len(shapes), 3.4), squeeze=False, sharey=True)
     for ax, (name, shape) in zip(axes[0], shapes.items(), strict=True):
         shape = shape / shape[np.abs(shape).argmax()]
         for k, (z, (color, line)) in enumerate(zip(shape, LINES, strict=False)):
@@ -254,5 +231,4 @@ def phasors(shapes: Mapping[str, NDArray[np.complex128]]) -> None:
         ax.set_title(name, fontsize=9)
         ax.set(xlim=(-1.2, 1.2), ylim=(-1.2, 1.2), aspect="equal", xlabel="real part [-]")
     axes[0, 0].set_ylabel("imaginary part [-]")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
-    plt.show()
+    legend_above(axes[0, 0], 4)

@@ -221,6 +221,8 @@
     }
 
     listen() {
+      // JupyterLab's own keys (d d deletes the cell) stay out of it: what has the focus has to bear this itself
+      this.figure.addEventListener("focusin", ({ target }) => target.setAttribute("data-lm-suppress-shortcuts", "true"));
       const canvas = this.canvas, pointers = new Map();
       canvas.onpointerdown = (event) => {
         pointers.set(event.pointerId, event);

@@ -28,11 +28,12 @@ from rbfound.tables import number
 
 Array = NDArray[np.float64]
 
-# Little motion and much, on white and on black: the shade tells it without the colour. The first body's, the second's.
+# Little motion and much, on white and on black: on both what moves more is darker, so that the shade tells it without
+# the colour. The first body's, the second's, the third's.
 RAMPS = (
-    (("#e4edf5", "#0b4a83"), ("#435a70", "#b9dcff")),
-    (("#fbe6cf", "#a83a00"), ("#6b5138", "#ffd09a")),
-    (("#dff2ea", "#00614a"), ("#3c6358", "#a5efd4")),
+    (("#e4edf5", "#0b4a83"), ("#e4edf5", "#2a78bd")),
+    (("#fbe6cf", "#a83a00"), ("#fbe6cf", "#c85a10")),
+    (("#dff2ea", "#00614a"), ("#dff2ea", "#1f8e6c")),
 )
 # The largest displacement is drawn as this part of the picture's size.
 EXAGGERATION = 0.08

@@ -1,14 +1,12 @@
 """Three-dimensional bodies and their modes. Needs the extra rbfound[solid] (scikit-fem)."""
 
 from rbfound.solid.axisymmetric import (
-    both_planes as both_planes,
     cone_angle as cone_angle,
     gyroscopic as gyroscopic,
     section_mesh as section_mesh,
     solid_rotor as solid_rotor,
 )
-from rbfound.solid.calculix import Places as Places, read_frequencies as read_frequencies, write_deck as write_deck
-from rbfound.solid.elastic import Solid as Solid, elastic_solid as elastic_solid
+from rbfound.solid.elastic import Places as Places, Solid as Solid, elastic_solid as elastic_solid
 from rbfound.solid.mesh import Block as Block, brick as brick, join as join
 from rbfound.solid.modes import (
     direct_receptance as direct_receptance,

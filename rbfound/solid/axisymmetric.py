@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from skfem import Basis, BilinearForm, Element, ElementLineP2, ElementQuadS2, FacetBasis, LinearForm, MeshQuad1
 
-from rbfound.foundation import Foundation
 from rbfound.rotor import Rotor, Shaft, with_cones
 from rbfound.solid.elastic import Solid
 from rbfound.solid.modes import natural_modes
@@ -83,22 +82,6 @@ def gyroscopic(rotor: Solid, shaft: Shaft) -> sparse.csc_array:
     """
     one = _inertia(rotor.mesh, shaft)
     return sparse.csc_array(sparse.block_diag([0 * one, 8 * one, 2 * one]))
-
-
-def both_planes(omega: Array, Phi: Array, seats: Array) -> Foundation:
-    """A round rotor at rest as a body with seats x1, y1, x2, y2, ...: its reduced modes once for x, once for y.
-
-    Parameters
-    ----------
-    omega, Phi : (m,) [rad/s] and (n, m) of one plane, as `rbfound.solid.modes.ritz_modes` gives them
-    seats : (bearings, n), what a bearing sees of that plane
-    """
-    rows = seats @ Phi
-    B = np.zeros((2 * len(rows), 2 * len(omega)))
-    B[0::2, : len(omega)] = B[1::2, len(omega) :] = rows
-    labels = tuple(f"{axis}{k + 1}" for k in range(len(rows)) for axis in "xy")
-    twice = np.concatenate([omega, omega])
-    return Foundation(np.eye(len(twice)), np.zeros((len(twice),) * 2), np.diag(twice**2), B, labels)
 
 
 def cone_angle(thin: float, thick: float, size: float = 0.0025) -> float:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from skfem import Basis, BilinearForm, ElementHexS2, FacetBasis, LinearForm
-from skfem.quadrature import get_quadrature
+from skfem import Basis, BilinearForm, ElementHex0, ElementHexS2, FacetBasis, LinearForm
+from skfem.helpers import dot
 
 from rbfound.solid.mesh import Block, SerendipityMesh, join
 
@@ -24,70 +24,31 @@ REDUCED, FULL = 3, 5
 
 def stiffness(mesh: SerendipityMesh, first: Array, second: Array, order: int = REDUCED) -> sparse.csc_array:
     """K [N/m] from lambda and mu [Pa] of every element."""
-    slopes, weighted = _slopes(mesh, order)
-    lame, mu = first[:, None, None], second[:, None, None]
+    basis = Basis(mesh, ElementHexS2(), intorder=order)
+    lame, mu = (basis.with_element(ElementHex0()).interpolate(values) for values in (first, second))
 
-    def product(i: int, j: int) -> Array:
-        """The integral over each element of d N_a / d x_i times d N_b / d x_j: (elements, a, b)."""
-        return np.asarray(np.einsum("aeq,beq->eab", weighted[i], slopes[j], optimize=True))
+    def block(i: int, j: int) -> sparse.csr_array:
+        @BilinearForm
+        def work(u, v, w):  # type: ignore[no-untyped-def]
+            across = w.lame * v.grad[i] * u.grad[j] + w.mu * v.grad[j] * u.grad[i]
+            return across + w.mu * dot(v.grad, u.grad) if i == j else across
 
-    both = product(0, 0) + product(1, 1) + product(2, 2)
+        return sparse.csr_array(work.assemble(basis, lame=lame, mu=mu))
 
-    def block(i: int, j: int) -> Array:
-        # a product is made when it is wanted, some of them twice: all nine would take more room than K
-        one = product(i, j)
-        return lame * one + mu * (one.swapaxes(1, 2) + (i == j) * both)
-
-    return _summed(mesh, [range(3)] * 3, block)
+    xx, yy, zz, xy, xz, yz = (block(*ij) for ij in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
+    return sparse.csc_array(sparse.block_array([[xx, xy, xz], [xy.T, yy, yz], [xz.T, yz.T, zz]]))
 
 
 def mass(mesh: SerendipityMesh, rho: Array) -> sparse.csc_array:
     """M [kg] from the density [kg/m^3] of every element."""
-    element = ElementHexS2()
-    # no Basis: the slopes in it, which nobody needs here, would be the largest thing there is until then
-    points, weights = get_quadrature(element.refdom, FULL)
-    heights = np.array([element.lbasis(points, a)[0] for a in range(len(element.doflocs))])
-    dx = np.abs(mesh.mapping().detDF(points)) * weights
-    one = np.einsum("aq,bq,eq->eab", heights, heights, rho[:, None] * dx, optimize=True)
-    return _summed(mesh, [[i] for i in range(3)], lambda i, j: one)
+    basis = Basis(mesh, ElementHexS2(), intorder=FULL)
 
+    @BilinearForm
+    def inertia(u, v, w):  # type: ignore[no-untyped-def]
+        return w.rho * u * v
 
-def _slopes(mesh: SerendipityMesh, order: int) -> tuple[Array, Array]:
-    """d N_a / d x_i at the points of each element, (3, a, elements, points), plain and times the volume of a point."""
-    basis = Basis(mesh, ElementHexS2(), intorder=order)
-    slopes = np.array([function[0].grad for function in basis.basis]).swapaxes(0, 1)
-    return slopes, slopes * basis.dx
-
-
-def _summed(
-    mesh: SerendipityMesh, pattern: Sequence[Sequence[int]], block: Callable[[int, int], Array]
-) -> sparse.csc_array:
-    """The sums over all elements of a symmetric matrix of 3 x 3 blocks, which share one pattern of nodes.
-
-    Parameters
-    ----------
-    pattern : the columns of the blocks that are not zero, ascending, for each row of blocks
-    block : function of a row and a column of blocks that returns this one, (elements, 20, 20)
-    """
-    nodes = mesh.doflocs.shape[1]
-    # scikit-fem's numbers have 32 bits, of which a pair of nodes needs more
-    place = mesh.dofs.element_dofs.T.astype(np.int64)
-    pairs, where = np.unique(place[:, :, None] * nodes + place[:, None, :], return_inverse=True)
-    row, column = np.divmod(pairs, nodes)
-    start = np.searchsorted(row, np.arange(nodes + 1))
-    length = sum(map(len, pattern)) * len(pairs)
-    # written where it will stay: joining finished blocks takes five times the memory
-    values, columns, ends = np.empty(length), np.empty(length, dtype=np.int32), [np.zeros(1, dtype=np.intp)]
-    for i, line in enumerate(pattern):
-        at = ends[-1][-1] + np.arange(len(pairs)) + (len(line) - 1) * start[row]
-        for j in line:
-            values[at] = np.bincount(where.ravel(), block(i, j).ravel(), len(pairs))
-            columns[at] = column + j * nodes
-            at += np.diff(start)[row]
-        ends.append(ends[-1][-1] + len(line) * start[1:])
-    whole = np.concatenate(ends).astype(np.int32)
-    # symmetric: its columns are its rows
-    return sparse.csc_array((values, columns, whole), shape=(3 * nodes, 3 * nodes))
+    one = sparse.csr_array(inertia.assemble(basis, rho=basis.with_element(ElementHex0()).interpolate(rho)))
+    return sparse.csc_array(sparse.block_diag([one] * 3))
 
 
 def bed_stiffness(mesh: SerendipityMesh, where: Places, per_area: Sequence[float]) -> sparse.csc_array:

@@ -13,28 +13,21 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import linalg, sparse
-from scipy.sparse.linalg import splu
+from scipy import sparse
 
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF
-from rbfound.solid.dissection import dissected
 from rbfound.solid.elastic import Solid, Under, elastic_solid
-from rbfound.solid.lanczos import nearest_modes
 from rbfound.solid.pedestals import COARSE, ON_IT, WORKING, FoundationGeometry, Grid, foundation_blocks
-from rbfound.theory import orthonormal
+from rbfound.theory import factorised, lowest_modes, ritz
 from rbfound.units import hertz, radians
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-Solve = Callable[[Array], Array]
-Factor = Callable[[sparse.csc_array], Solve]
+Factor = Callable[[sparse.csc_array], Callable[[Array], Array]]
 
 GEOMETRY = FoundationGeometry()
 MESHES = {"coarse": COARSE, "working": WORKING}
-
-# A rigid motion whose largest force is below this share of the largest stiffness is free: the rest is rounding.
-FORCELESS = 1e-10
 
 
 def foundation_solid(
@@ -110,14 +103,14 @@ def natural_modes(solid: Solid, count: int, shift: float = 0.0, factor: Factor |
     """The undamped natural modes nearest to a frequency: omega (count,) [rad/s], ascending, and Phi (n, count).
 
     The columns of Phi are mass-normalised [1/sqrt(kg)] and zero where the body is held; see
-    `rbfound.solid.lanczos.nearest_modes`.
+    `rbfound.theory.reduction.lowest_modes`.
 
     Parameters
     ----------
     shift : [Hz]
         0 gives the lowest modes of a held body. A body that can move freely needs a negative one: the iteration
         then works around a square of omega below zero, where the stiffness is not singular.
-    factor : function of a symmetric sparse matrix that returns its inverse as a function of forces (n, p)
+    factor : function of a symmetric sparse matrix that returns its inverse as a function of forces (n,)
         SciPy's SuperLU unless given. For large bodies a Cholesky factor takes half the memory and less than half the
         time: `benchmarks/solid.py` shows it with PARDISO.
 
@@ -126,15 +119,16 @@ def natural_modes(solid: Solid, count: int, shift: float = 0.0, factor: Factor |
     ValueError
         When nothing holds the body and the shift is not below zero, or it has not so many modes.
     """
-    return _modes(solid, count, shift, _shifted_inverse(solid, shift, factor))
+    M, K = _free(solid, solid.M, solid.K)
+    squares, Phi = lowest_modes(M, K, count, shift, factor)
+    # a free body's six zeros come out as rounding on either side of zero
+    return np.sqrt(np.maximum(squares, 0)), _whole(solid, Phi)
 
 
 def ritz_modes(solid: Solid, modes: int = 16, blocks: int = 3, shift: float = 0.0) -> tuple[Array, Array]:
     """Frequencies omega [rad/s] and mass-normalised shapes Phi (n, m) that carry the receptances at the seats.
 
-    Ritz's method in the space of the lowest natural modes and of the static answers to forces at the seats, followed
-    by the answers to their own inertia: K^-1 B^T, K^-1 M K^-1 B^T, ... These are the first terms of what all the
-    higher modes add to the receptance, in powers of omega^2. The lowest shapes remain the natural modes.
+    See `rbfound.theory.reduction.ritz`; the forces are those at the seats.
 
     Parameters
     ----------
@@ -142,18 +136,9 @@ def ritz_modes(solid: Solid, modes: int = 16, blocks: int = 3, shift: float = 0.
     blocks : terms of the series kept, each with one coordinate for every seat
     shift : [Hz], below 0 for a body that can move freely; see `natural_modes`
     """
-    solve = _shifted_inverse(solid, shift)
-    M, K = (_free(solid, A) for A in (solid.M, solid.K))
-    basis = _modes(solid, modes, shift, solve)[1][solid.free]
-    forces = solid.B[:, solid.free].T
-    for _ in range(blocks):
-        answer = orthonormal(solve(forces), M, basis)
-        basis = np.hstack([basis, answer])
-        forces = M @ answer
-    squares, Q = linalg.eigh(basis.T @ (K @ basis), basis.T @ (M @ basis))
-    Phi = np.zeros((solid.K.shape[0], len(squares)))
-    Phi[solid.free] = basis @ Q
-    return np.sqrt(np.maximum(squares, 0)), Phi * _sign(solid.B @ Phi)
+    M, K = _free(solid, solid.M, solid.K)
+    omega, Phi = ritz(M, K, solid.B[:, solid.free].T, modes, blocks, shift)
+    return omega, _whole(solid, Phi)
 
 
 def reduce(solid: Solid, modes: int = 16, blocks: int = 3, zeta: float = 0.02, notes: Sequence[str] = ()) -> Foundation:
@@ -196,11 +181,12 @@ def direct_receptance(
     zeta : damping ratios of these shapes [-]
     """
     omega, Phi = damped
-    BT, U = solid.B[:, solid.free].T, _free(solid, solid.M) @ Phi[solid.free]
+    M, K = _free(solid, solid.M, solid.K)
+    BT, U = solid.B[:, solid.free].T, M @ Phi[solid.free]
     frequency = np.atleast_1d(np.asarray(frequency, dtype=float))
     H = np.empty((len(frequency), len(solid.B), len(solid.B)), dtype=complex)
     for line, w in enumerate(radians(frequency)):
-        undamped = _factor(solid, sparse.csc_array(solid.K - w**2 * solid.M), 0.1)
+        undamped = factorised(K - w**2 * M)
         X, Y = undamped(BT), undamped(U)
         small = np.diag(1 / (2j * w * zeta * omega)) + U.T @ Y
         H[line] = BT.T @ X - (BT.T @ Y) @ np.linalg.solve(small, U.T @ X)
@@ -219,73 +205,16 @@ def surface(solid: Solid) -> tuple[Array, Indices]:
     return mesh.doflocs.T.copy(), np.stack([corners, sides], axis=1).reshape(8, -1).T
 
 
-def _free(solid: Solid, A: sparse.csc_array) -> sparse.csc_array:
-    return A if len(solid.free) == A.shape[0] else A[:, solid.free][solid.free].tocsc()
+def _free(solid: Solid, *matrices: sparse.csc_array) -> list[sparse.csc_array]:
+    every = len(solid.free) == solid.K.shape[0]
+    return [A if every else A[:, solid.free][solid.free].tocsc() for A in matrices]
 
 
-def _factor(solid: Solid, A: sparse.csc_array, pivot_threshold: float = 0.0) -> Solve:
-    """The inverse of a symmetric A in its free coordinates, as a function; a definite one needs no pivoting."""
-    order = _order(solid)
-    kept = solid.free[order]
-    try:
-        # named nowhere else: beside the factor every further copy would count
-        factor = splu(
-            A[:, kept][kept].tocsc(),
-            permc_spec="NATURAL",
-            diag_pivot_thresh=pivot_threshold,
-            relax=1,
-            options={"SymmetricMode": True},
-        )
-    except RuntimeError:
-        raise ValueError("The stiffness is singular: fix the body somewhere, or shift below 0 Hz.") from None
-
-    def solve(b: Array) -> Array:
-        x = np.empty_like(b)
-        x[order] = factor.solve(b[order])
-        return x
-
-    return solve
-
-
-def _order(solid: Solid) -> Indices:
-    """The free coordinates in an order that keeps a factor sparse: see `rbfound.solid.dissection.dissected`."""
-    places = solid.mesh.doflocs
-    nodes = places.shape[1]
-    node = solid.free % nodes
-    moving = np.unique(node)
-    # what two nodes have to do with each other at all shows along x
-    graph = sparse.csr_array(abs(solid.K[:nodes, :nodes]))[moving][:, moving]
-    place = np.empty(nodes, dtype=np.intp)
-    place[moving[dissected(graph, places[:, moving])]] = np.arange(len(moving))
-    return np.argsort(place[node], kind="stable")
-
-
-def _shifted_inverse(solid: Solid, shift: float, factor: Factor | None = None) -> Solve:
-    if shift >= 0 and _loose(solid):
-        raise ValueError(f"Nothing holds the body, and the shift is {shift:g} Hz: a free body needs one below 0 Hz.")
-    A = sparse.csc_array(solid.K - _square(shift) * solid.M) if shift else solid.K
-    return factor(_free(solid, A)) if factor else _factor(solid, A, 0.1 if shift > 0 else 0.0)
-
-
-def _loose(solid: Solid) -> bool:
-    """Whether some rigid translation costs no force: nothing is fixed, and no bed holds the body."""
-    nodes = solid.mesh.doflocs.shape[1]
-    along = np.kron(np.eye(solid.K.shape[0] // nodes), np.ones((nodes, 1)))
-    force = np.abs(solid.K @ along).max(axis=0)
-    return len(solid.free) == solid.K.shape[0] and bool(force.min() <= FORCELESS * np.abs(solid.K.diagonal()).max())
-
-
-def _square(shift: float) -> float:
-    """omega^2 of a shift [Hz], with its sign."""
-    return float(np.sign(shift) * radians(shift) ** 2)
-
-
-def _modes(solid: Solid, count: int, shift: float, solve: Solve) -> tuple[Array, Array]:
-    squares, free = nearest_modes(_free(solid, solid.M), solve, count, _square(shift))
-    Phi = np.zeros((solid.K.shape[0], count))
-    Phi[solid.free] = free
-    # a free body's six zeros come out as rounding on either side of zero
-    return np.sqrt(np.maximum(squares, 0)), Phi * _sign(solid.B @ Phi if len(solid.B) else Phi)
+def _whole(solid: Solid, shapes: Array) -> Array:
+    """Shapes of the free coordinates as those of the whole body, and their signs at the seats where it has any."""
+    Phi = np.zeros((solid.K.shape[0], shapes.shape[1]))
+    Phi[solid.free] = shapes
+    return Phi * _sign(solid.B @ Phi if len(solid.B) else Phi)
 
 
 def _sign(shapes: Array) -> Array:

@@ -2,20 +2,23 @@
 
 from rbfound.theory import sdof as sdof
 from rbfound.theory.condensation import (
-    LightMachine as LightMachine,
-    light_foundation as light_foundation,
-    light_mount as light_mount,
-    light_rotor as light_rotor,
+    ReducedMachine as ReducedMachine,
+    ReducedRotor as ReducedRotor,
+    mount_reduced as mount_reduced,
+    reduced_foundation as reduced_foundation,
+    reduced_rotor as reduced_rotor,
+    round_rotor as round_rotor,
 )
-from rbfound.theory.lumped import chain as chain
 from rbfound.theory.partialfractions import expanded as expanded, partial_fractions as partial_fractions, ratio as ratio
 from rbfound.theory.reduction import (
     Reduction as Reduction,
     craig_bampton as craig_bampton,
     dynamic_reduction as dynamic_reduction,
+    factorised as factorised,
     guyan as guyan,
+    lowest_modes as lowest_modes,
     modal_reduction as modal_reduction,
-    orthonormal as orthonormal,
+    ritz as ritz,
 )
 from rbfound.theory.rigid import (
     RigidRotor as RigidRotor,
@@ -27,6 +30,7 @@ from rbfound.theory.rigid import (
 from rbfound.theory.sdof import RIPPLE as RIPPLE, Peak as Peak, half_power as half_power, local_maxima as local_maxima
 from rbfound.theory.superposition import (
     antiresonances as antiresonances,
+    chain as chain,
     modal_terms as modal_terms,
     normal_modes as normal_modes,
     pole_terms as pole_terms,

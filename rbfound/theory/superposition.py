@@ -1,4 +1,9 @@
-"""Modal superposition: receptances as sums of modes, anti-resonances, and real matrices of complex modes."""
+"""Many degrees of freedom: masses in a row, M x'' + C x' + K x = Q (equations 4-7), and their modes.
+
+Receptances as sums of modes, anti-resonances, and real matrices of complex modes.
+"""
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +18,49 @@ Complex = NDArray[np.complex128]
 
 # Rounds of the search for the nearest shapes that a real system can have, and what may be left then.
 ROUNDS, LEFT = 50, 1e-10
+# A sum that is smaller than this share of the sum of sizes is one that cancels.
+NOTHING = 1e-9
+# Two poles that are nearer to each other than this share of their size are one: their shapes are not unique.
+DOUBLE = 1e-6
+# A root of the sum with a larger imaginary part than this share of its size is no frequency at which it vanishes.
+REAL = 1e-6
+
+
+def chain(masses: Sequence[float], springs: Sequence[float], dampers: Sequence[float] | None = None) -> System:
+    """A row of masses between two walls (equations 4-6).
+
+    Parameters
+    ----------
+    masses : n of them [kg]
+    springs : n + 1 [N/m]
+        From the left wall to the first mass, from mass to mass, and from the last mass to the right wall. Zero is no
+        spring: with zeros at both ends the chain is free.
+    dampers : n + 1 [N s/m], beside the springs; none unless given
+
+    Raises
+    ------
+    ValueError
+        When the numbers do not fit together, a mass is not positive, or a spring or a damper is negative.
+    """
+    m = np.atleast_1d(np.asarray(masses, dtype=float))
+    n = len(m)
+    if (m <= 0).any() or not np.isfinite(m).all():
+        raise ValueError(f"The masses hold {m.min():g} kg: every mass must be positive and finite.")
+    return System(
+        np.diag(m),
+        _links(np.zeros(n + 1) if dampers is None else dampers, n, "dampers"),
+        _links(springs, n, "springs"),
+    )
+
+
+def _links(values: ArrayLike, n: int, name: str) -> Array:
+    """The matrix of what ties neighbours: each link adds its value to two diagonal entries and takes it off beside."""
+    links = np.atleast_1d(np.asarray(values, dtype=float))
+    if links.shape != (n + 1,):
+        raise ValueError(f"{len(links)} {name} for {n} masses: it must be {n + 1}, one at either wall; zero is none.")
+    if (links < 0).any() or not np.isfinite(links).all():
+        raise ValueError(f"The {name} hold {links.min():g}: they must be finite and not negative.")
+    return np.asarray(np.diag(links[:-1] + links[1:]) - np.diag(links[1:-1], 1) - np.diag(links[1:-1], -1))
 
 
 def real_matrices(Phi: Complex, omega: Array, zeta: Array) -> tuple[Array, Array, Array]:
@@ -34,7 +82,7 @@ def real_matrices(Phi: Complex, omega: Array, zeta: Array) -> tuple[Array, Array
         raise ValueError(f"zeta holds {zeta.max():g}: a complex shape belongs to a mode that oscillates, zeta < 1.")
     omega_d = omega * np.sqrt(1 - zeta**2)
     poles = -zeta * omega + 1j * omega_d
-    psi = proper(Phi / np.sqrt(2j * omega_d))
+    psi = _proper(Phi / np.sqrt(2j * omega_d))
     inverse_mass, inverse_stiffness, rate = (
         2 * np.real(psi * power @ psi.T) for power in (poles, -1 / poles, poles**2)
     )
@@ -43,7 +91,7 @@ def real_matrices(Phi: Complex, omega: Array, zeta: Array) -> tuple[Array, Array
     return M, C, K
 
 
-def proper(psi: Complex) -> Complex:
+def _proper(psi: Complex) -> Complex:
     """The nearest shapes (least squares) with Re psi psi' = 0: (1 - d^2)^-1 (psi - d conj(psi)) with d symmetric.
 
     The multipliers d follow from S - d P - P d + d S d = 0 with S = Re psi psi' and P = Re psi psi*: a Lyapunov
@@ -61,18 +109,6 @@ def proper(psi: Complex) -> Complex:
             "is left over. Keep the real parts, or look at the phases of its columns."
         )
     return np.asarray(nearest)
-
-
-# A root of the sum with a larger imaginary part than this share of its size is no frequency at which it vanishes.
-REAL = 1e-6
-
-
-# Two poles that are nearer to each other than this share of their size are one: their shapes are not unique.
-DOUBLE = 1e-6
-
-
-# A sum that is smaller than this share of the sum of sizes is one that cancels.
-NOTHING = 1e-9
 
 
 def normal_modes(M: ArrayLike, K: ArrayLike) -> tuple[Array, Array]:

@@ -22,11 +22,11 @@ from rbfound.thesis.beam_models import (
 )
 from rbfound.thesis.full_models import axially_tied as axially_tied, centre_line as centre_line
 from rbfound.thesis.methods import (
-    ended as ended,
+    compare_methods as compare_methods,
     frequency_errors as frequency_errors,
+    method_result as method_result,
     response_error as response_error,
-    travelled as travelled,
-    usual_roads as usual_roads,
+    usual_methods as usual_methods,
 )
 from rbfound.thesis.models import beside as beside, model as model
 from rbfound.thesis.peak_readings import reading_errors as reading_errors, readings as readings

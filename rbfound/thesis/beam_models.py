@@ -1,4 +1,4 @@
-"""What the thesis prints: its matrices (equations 75, 77-79), its tables of frequencies, its models a to f.
+"""What the thesis prints: its matrices (equations 75, 77-79), its tables of frequencies, its rotor.
 
 The rotor's geometry is not printed there. `rotor()` is an equivalent one: found from the frequencies of models a, b
 and c, it gives those of model f too.
@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 
 from rbfound.foundation import Foundation
 from rbfound.identification import equivalent_matrices
-from rbfound.machine import Machine, mount
 from rbfound.rotor import Bearing, Disk, Rotor, Shaft
 from rbfound.units import radians
 
@@ -121,29 +120,6 @@ def foundation() -> Foundation:
 def unrounded_foundation() -> Foundation:
     """Equation 75 with the diagonal k and c that must have stood behind equations 77 and 78."""
     return equivalent_matrices(PHI, OMEGA, ZETA)
-
-
-def model(letter: str) -> Machine:
-    """One of the thesis's beam models.
-
-    a: the rotor; b: with the point mass; c: b in its bearings on rigid ground; d: a beside the equivalent matrices;
-    e: b beside them; f: b through its bearings on them.
-    """
-    if letter not in tuple("abcdef"):
-        raise ValueError(f"There is no beam model {letter!r}: the letters are a, b, c, d, e, f.")
-    tied = bearings() if letter in "cf" else {}
-    return mount(rotor(0.0 if letter in "ad" else POINT_MASS), tied, on=foundation() if letter in "def" else None)
-
-
-def beside(letter: str, limit: float = 1200.0) -> dict[str, list[Any]]:
-    """The natural frequencies of a beam model beside the printed ones, as columns for `rbfound.table`.
-
-    Every mode from 1 Hz to `limit` is a row; the two planes of a round rotor share one. What the thesis does not
-    list has no printed frequency: nothing is left out.
-    """
-    machine = model(letter)
-    modes = machine.at(0.0).modes().above(1.0).below(limit)
-    return compare(printed(letter), modes.frequency, machine.foundation_share(modes))
 
 
 def compare(

@@ -1,4 +1,4 @@
-"""Every road from the same FRFs to the machine, beside the truth: what each costs and how far off it ends."""
+"""Methods from the same FRFs to the machine, compared with the reference model: error and solution time."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -32,12 +32,12 @@ REACH = 0.03
 
 
 @dataclass(frozen=True, eq=False)
-class Road:
-    """One road from FRFs to a machine.
+class MethodResult:
+    """What one method leads to, from FRFs to a machine.
 
     Attributes
     ----------
-    name : what the road is called
+    name : of the method
     frequency : (m,) [Hz]   natural frequencies of the machine at rest
     response : (s, n) complex [m]   of the shaft to an unbalance, at the speeds that were asked for
     seconds : CPU time from the FRFs to the foundation; 0 where there is none to be made
@@ -49,10 +49,10 @@ class Road:
     seconds: float
 
 
-def usual_roads(
+def usual_methods(
     twice: Sequence[float], distinct: Sequence[float], band: tuple[float, float], modes: int
 ) -> dict[str, Callable[[FRF], Foundation]]:
-    """The ways to a foundation that the book compares, by name.
+    """The methods to identify a foundation that the book compares, by name.
 
     Parameters
     ----------
@@ -70,16 +70,16 @@ def usual_roads(
     }
 
 
-def travelled(
-    roads: Mapping[str, Callable[[FRF], Foundation]],
+def compare_methods(
+    methods: Mapping[str, Callable[[FRF], Foundation]],
     frf: FRF,
     rotor: Rotor,
     bearings: Mapping[float, Bearing],
     lines: ArrayLike,
     unbalance: Mapping[float, complex],
     band: tuple[float, float],
-) -> list[Road]:
-    """Each road to its end, and last the one without any foundation model: the FRFs themselves under the rotor.
+) -> list[MethodResult]:
+    """The result of each method, and last without any foundation model: the FRFs themselves under the rotor.
 
     Parameters
     ----------
@@ -90,19 +90,19 @@ def travelled(
     """
     out = []
     speeds = np.asarray(radians(np.asarray(lines, dtype=float)))
-    for name, road in roads.items():
+    for name, method in methods.items():
         begun = time.process_time()
-        foundation = road(frf)
+        foundation = method(frf)
         seconds = time.process_time() - begun
-        out.append(ended(name, rotor, bearings, foundation, speeds, unbalance, band, seconds))
+        out.append(method_result(name, rotor, bearings, foundation, speeds, unbalance, band, seconds))
     measured = mount_measured(rotor, bearings, on=frf)
     shaft = len(out[0].response[0]) if out else None
     response = unbalance_on_lines(measured, unbalance, speeds)[:, :shaft]
     found = np.asarray(hertz(coupled_poles(measured, band=band).imag))
-    return [*out, Road("FRFs line by line", found, response, 0.0)]
+    return [*out, MethodResult("FRFs line by line", found, response, 0.0)]
 
 
-def ended(
+def method_result(
     name: str,
     rotor: Rotor,
     bearings: Mapping[float, Bearing],
@@ -111,38 +111,38 @@ def ended(
     unbalance: Mapping[float, complex],
     band: tuple[float, float],
     seconds: float = 0.0,
-) -> Road:
+) -> MethodResult:
     """What the machine on one foundation does; speeds in [rad/s], band in [Hz]."""
     machine = mount(rotor, bearings, on=foundation)
     response = unbalance_response(machine, speeds, unbalance)[:, : len(machine.mesh.M)]
     modes = machine.at(0.0).modes().above(band[0]).below(band[1])
-    return Road(name, modes.frequency, response, seconds)
+    return MethodResult(name, modes.frequency, response, seconds)
 
 
-def frequency_errors(truth: ArrayLike, found: ArrayLike, reach: float = REACH) -> Array:
-    """Errors [%] of natural frequencies, (m,); nan where a true one has no partner.
+def frequency_errors(reference: ArrayLike, found: ArrayLike, reach: float = REACH) -> Array:
+    """Errors [%] of natural frequencies, (m,); nan where one of the reference model has no partner.
 
-    Each found frequency belongs to one true one at most: pairs are made so that as few as possible are missing and the
-    sum of the differences is least.
+    Each found frequency belongs to one of the reference at most: pairs are made so that as few as possible are missing
+    and the sum of the differences is least.
 
     Parameters
     ----------
-    truth : (m,) [Hz]
+    reference : (m,) [Hz]
     found : (k,) [Hz]
     reach : no pair is further apart than this part of the frequency
     """
-    truth, found = np.atleast_1d(np.asarray(truth, dtype=float)), np.atleast_1d(np.asarray(found, dtype=float))
-    errors = np.full(len(truth), np.nan)
+    reference, found = np.atleast_1d(np.asarray(reference, dtype=float)), np.atleast_1d(np.asarray(found, dtype=float))
+    errors = np.full(len(reference), np.nan)
     if not len(found):
         return errors
-    apart = found[None, :] / truth[:, None] - 1
+    apart = found[None, :] / reference[:, None] - 1
     rows, columns = linear_sum_assignment(np.minimum(np.abs(apart), 10 * reach))
     near = np.abs(apart[rows, columns]) <= reach
     errors[rows[near]] = 100 * apart[rows[near], columns[near]]
     return errors
 
 
-def response_error(truth: Road, road: Road, coordinate: int) -> float:
-    """Root mean square over the speeds of the error of one coordinate's response, relative to the true one [%]."""
-    error = np.abs(road.response[:, coordinate] / truth.response[:, coordinate] - 1)
+def response_error(reference: MethodResult, result: MethodResult, coordinate: int) -> float:
+    """Root mean square over the speeds of the error of one coordinate's response, relative to the reference [%]."""
+    error = np.abs(result.response[:, coordinate] / reference.response[:, coordinate] - 1)
     return float(100 * np.sqrt(np.mean(error**2)))

@@ -43,6 +43,7 @@ def test_an_isotropic_rotor_whirls_in_circles_forward_or_backward():
 
 def test_forward_branches_rise_and_backward_ones_fall():
     diagram = rb.campbell(isotropic(), SPEEDS[1:], count=8)
+    assert diagram.frequency.shape == (len(SPEEDS) - 1, 8)
     for branch, sense in zip(diagram.frequency.T, diagram.whirl[-1], strict=True):
         assert (np.sign(np.diff(branch)) == np.sign(sense)).all()
 

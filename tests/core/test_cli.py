@@ -4,37 +4,12 @@ import re
 
 import numpy as np
 import pytest
-from test_files import foundation
+from samples import MACHINE, foundation
 
 import rbfound as rb
 from rbfound.cli import main
 from rbfound.files import load_machine
 
-MACHINE = """# a rotor with one disk
-speeds = [0, 6000]
-foundation = "foundation.json"
-
-[shaft]
-length = [0.5, 0.5]
-diameter = [0.05, 0.04]
-
-[[disk]]
-position = 0.5
-mass = 10.0
-Ip = 0.05
-
-[[bearing]]
-position = 0.0
-kxx = 1e8
-kyy = 1e8
-cxx = 1e3
-cyy = 1e3
-
-[[bearing]]
-position = 1.0
-kxx = 1e8
-kyy = 1e8
-"""
 F = np.arange(5.0, 320.0, 0.5)
 
 
@@ -54,6 +29,14 @@ def test_check_prints_the_report_and_its_exit_code_says_whether_it_warns(rig, ca
     rb.save_frf(rb.FRF(F, -frf.H), rig / "flipped.npz")
     assert main(["check", str(rig / "flipped.npz")]) == 1
     assert "a flipped" in capsys.readouterr().out
+
+
+def test_check_explains_first_what_it_understood_of_each_file(rig, capsys):
+    main(["check", str(rig / "measured"), "--explain"])
+    told, report = capsys.readouterr().out.split("\n\n", 1)
+    assert len(told.splitlines()) == 17
+    assert re.search(r"frf01_x1_from_y1.txt +x1 +y1 +receptance +m +exp\(i w t\)", told)
+    assert report == f"{rb.check(rb.load_frf(rig / 'measured'))}\n"
 
 
 def test_identify_writes_a_foundation_and_a_page_that_needs_nothing_else(rig, capsys):
@@ -99,13 +82,21 @@ def test_a_campbell_diagram_warns_of_what_is_unstable_and_of_nothing_else(tmp_pa
     assert "Warning: unstable in this range: mode" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("command", [[], ["check"], ["identify"], ["campbell"]])
-def test_help_shows_examples_and_exit_codes(command, capsys):
+@pytest.mark.parametrize(
+    ("command", "shown"),
+    [
+        ([], "exit codes: 0 all is well"),
+        (["check"], "exit codes: 0 all is well"),
+        (["identify"], "exit codes: 0 all is well"),
+        (["campbell"], "[[bearing]]"),
+    ],
+)
+def test_help_shows_examples_and_exit_codes(command, shown, capsys):
     with pytest.raises(SystemExit) as end:
         main([*command, "--help"])
     assert end.value.code == 0
     out = capsys.readouterr().out
-    assert ("exit codes" in out) or ("[[bearing]]" in out)
+    assert shown in out
     assert max(map(len, out.splitlines())) < 130
 
 
@@ -121,30 +112,30 @@ def test_wrong_words_and_wrong_input_have_exit_code_2(rig, capsys):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "line", "told"),
+    ("old", "new", "told"),
     [
-        ("speeds = [0, 6000]", "speeds = [6000, 0]", 2, r"speeds is \[6000, 0\]"),
-        ("speeds = [0, 6000]", "speeds = ['a', 'b']", 2, r"speeds is .*: it must be a list of finite numbers"),
-        ("speeds = [0, 6000]\n", "", 1, "speeds is missing"),
-        ('"foundation.json"', '"none.json"', 3, "foundation - .*none.json is not a file"),
-        ('"foundation.json"', "3", 3, "foundation is 3: it must be a text"),
-        ("[shaft]", "[schaft]", 5, "schaft is not known"),
-        ("length = [0.5, 0.5]", "length = [0.5]", 5, "shaft - 1 lengths and 2 diameters"),
-        ("length = [0.5, 0.5]", "length = 0.5", 6, "shaft.length is 0.5: it must be a list"),
-        ("mass = 10.0", 'mass = "10"', 11, r"disk\[1\].mass is '10': it must be a number"),
-        ("mass = 10.0", "mass = -1", 9, r"disk\[1\] - mass = -1"),
-        ("mass = 10.0", "mass = nan", 11, r"disk\[1\].mass is nan"),
-        ("mass = 10.0", "weight = 10.0", 11, r"disk\[1\].weight is not known"),
-        ("position = 1.0", "position = 1.1", 14, "bearing - A bearing stands at 1.1 m"),
-        ("position = 1.0\nkxx", "kxx", 21, r"bearing\[2\].position is missing"),
-        ("position = 1.0\nkxx", "position = 0\nkxx", 21, r"bearing\[2\] - another bearing stands at 0 m"),
-        ("cxx = 1e3", "czz = 1e3", 18, r"bearing\[1\].czz is not known"),
+        ("speeds = [0, 6000]", "speeds = [6000, 0]", r"speeds is \[6000, 0\]"),
+        ("speeds = [0, 6000]", "speeds = ['a', 'b']", r"speeds is .*: it must be a list of finite numbers"),
+        ("speeds = [0, 6000]\n", "", "speeds is missing"),
+        ('"foundation.json"', '"none.json"', "foundation: .*none.json is not a file"),
+        ('"foundation.json"', "3", "foundation is 3: it must be a text"),
+        ("[shaft]", "[schaft]", "schaft is not known"),
+        ("length = [0.5, 0.5]", "length = [0.5]", "shaft: 1 lengths and 2 diameters"),
+        ("length = [0.5, 0.5]", "length = 0.5", "shaft.length is 0.5: it must be a list"),
+        ("mass = 10.0", 'mass = "10"', r"disk\[1\].mass is '10': it must be a number"),
+        ("mass = 10.0", "mass = -1", r"disk\[1\]: mass = -1"),
+        ("mass = 10.0", "mass = nan", r"disk\[1\].mass is nan"),
+        ("mass = 10.0", "weight = 10.0", r"disk\[1\].weight is not known"),
+        ("position = 1.0", "position = 1.1", "bearing: A bearing stands at 1.1 m"),
+        ("position = 1.0\nkxx", "kxx", r"bearing\[2\].position is missing"),
+        ("position = 1.0\nkxx", "position = 0\nkxx", r"bearing\[2\]: another bearing stands at 0 m"),
+        ("cxx = 1e3", "czz = 1e3", r"bearing\[1\].czz is not known"),
     ],
 )
-def test_a_wrong_entry_of_a_machine_is_named_with_its_line(rig, old, new, line, told):
+def test_a_wrong_entry_of_a_machine_is_named(rig, old, new, told):
     assert old in MACHINE
     (rig / "machine.toml").write_text(MACHINE.replace(old, new, 1))
-    with pytest.raises(ValueError, match=rf"machine\.toml, line {line}: {told}"):
+    with pytest.raises(ValueError, match=rf"machine\.toml: {told}"):
         load_machine(rig / "machine.toml")
 
 

@@ -150,3 +150,18 @@ def test_a_relative_error_is_taken_line_by_line():
     np.testing.assert_allclose(rb.relative_error([2.0, 3], [1j, 3]), [np.sqrt(5), 0])
     with pytest.raises(ValueError, match="must be alike"):
         rb.relative_error([1.0], truth)
+
+
+def test_noise_is_relative_complex_and_the_same_for_the_same_seed():
+    frf = rb.FRF(np.arange(1.0, 2001.0), np.full((2000, 4, 4), 3e-9 - 4e-9j))
+    e = frf.with_noise(0.02, seed=5).H / frf.H - 1
+    # the mean of n squares of unit exponentials has a standard deviation of 1/sqrt(n); six of them are certain
+    n = e.size
+    assert np.mean(np.abs(e) ** 2) == pytest.approx(0.02**2, rel=6 / np.sqrt(n))
+    # as much in one direction as across, and no more with one than with the other
+    assert abs(np.mean(e**2)) < 6 * 0.02**2 / np.sqrt(n)
+    assert abs(np.mean(e)) < 6 * 0.02 / np.sqrt(n)
+    twice = frf.with_noise(0.04, seed=5).H / frf.H - 1
+    np.testing.assert_allclose(twice, 2 * e, rtol=0, atol=20 * np.finfo(float).eps)
+    other = frf.with_noise(0.02, seed=6).H / frf.H - 1
+    assert np.mean(np.abs(other - e) ** 2) == pytest.approx(2 * 0.02**2, rel=6 * np.sqrt(2 / n))

@@ -29,7 +29,7 @@ def asked(count, kept=None, executor=None):
     rotor = rb.Rotor(rb.Shaft([0.3], [0.05]), {0.3: rb.Disk(5.0, 0.01, 0.02)}, element=0.15)
     bearings = {0.0: rb.Bearing(1e7, 1e7)}
     options = {"above": 5, "below": 300, "count": count, "kept": kept, "executor": executor}
-    return rb.identification.monte_carlo(fit, lines, rotor, bearings, progress=True, **options)
+    return rb.identification.monte_carlo(fit, lines, rotor, bearings, **options)
 
 if __name__ == "__main__":
     # what a shell starts in the background ignores Ctrl-C, and so would all that it starts
@@ -54,7 +54,7 @@ def test_an_interrupted_monte_carlo_ends_early_leaves_nothing_and_goes_on(way, a
         work = subprocess.Popen(
             [sys.executable, str(tmp_path / "work.py"), way, str(kept)], stderr=said, start_new_session=True
         )
-        while not kept.exists() or "of 3000" not in (tmp_path / "said").read_text():
+        while not kept.exists():
             assert work.poll() is None, (tmp_path / "said").read_text()
             time.sleep(0.05)
         (os.killpg if all_of_them else os.kill)(work.pid, signal.SIGINT)

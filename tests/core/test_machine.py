@@ -2,23 +2,11 @@
 
 import numpy as np
 import pytest
+from samples import BEARINGS, LEFT, RIGHT, ROTOR, spread_modes
 from scipy import linalg
 
 import rbfound as rb
 from rbfound.rotor import assemble
-
-SHAFT = rb.Shaft(length=[0.1, 0.5, 0.2], diameter=[0.05, 0.08, 0.05])
-ROTOR = rb.Rotor(SHAFT, {0.35: rb.Disk(15.0, 0.1, 0.18), 0.8: rb.Disk(4.0)}, element=0.1)
-LEFT = rb.Bearing(kxx=2e7, kyy=3e7, kxy=4e6, kyx=-1e6, cxx=2e3, cyy=3e3, cxy=2e2, cyx=-1e2)
-RIGHT = rb.Bearing(kxx=5e7, kyy=4e7, cxx=1e3, cyy=4e3)
-BEARINGS = {0.1: LEFT, 0.6: RIGHT}
-
-
-def foundation(seats=4, modes=7, seed=3):
-    rng = np.random.default_rng(seed)
-    labels = tuple(f"{axis}{b + 1}" for b in range(seats // 2) for axis in "xy")
-    omega = 2 * np.pi * np.linspace(40.0, 400.0, modes)
-    return rb.modal_foundation(0.15 * rng.standard_normal((seats, modes)), omega, np.full(modes, 0.02), labels)
 
 
 def frequencies(machine, count=8, speed=0.0):
@@ -70,7 +58,7 @@ def test_mixed_coordinates_and_impedance_coupling_give_one_receptance(speed):
     # Another formulation, by substructures. R: receptance of the free rotor at the bearings, F: of the foundation at
     # its seats, Z = K_B + i omega C_B, g: a force on the rotor. The bearings carry f = Z (x_R - x_F), and
     #   x_R = R (g - f),  x_F = F f   =>   f = (I + Z (R + F))^-1 Z R g
-    truth = foundation()
+    truth = spread_modes()
     machine = rb.mount(ROTOR, BEARINGS, on=truth)
     n = len(machine.mesh.M)
     pick = np.zeros((4, n))
@@ -128,7 +116,7 @@ def test_a_massless_foundation_is_a_spring_in_series_with_each_bearing():
 
 
 def test_untied_rotor_and_foundation_keep_both_sets_of_frequencies():
-    truth = foundation()
+    truth = spread_modes()
     machine = rb.mount(ROTOR, {}, on=truth)
     free = ROTOR.at(300.0).modes().above(1.0).frequency
     both = np.sort(np.concatenate([free, truth.modes().frequency]))
@@ -144,7 +132,7 @@ def test_a_free_rotor_is_what_is_left_without_bearings_and_foundation():
 
 
 def test_the_foundations_share_of_the_energy_is_none_all_or_between():
-    truth = foundation(modes=2)
+    truth = spread_modes(modes=2)
     untied = rb.mount(ROTOR, {}, on=truth)
     modes = untied.at(0.0).modes().above(1.0)
     share = untied.foundation_share(modes)
@@ -160,7 +148,7 @@ def test_the_foundations_share_of_the_energy_is_none_all_or_between():
 @pytest.mark.parametrize("places", [(0.35,), (0.1, 0.6), (0.0, 0.1, 0.6, 0.7)])
 def test_one_two_and_four_bearings_stand_on_two_seats_each_in_ascending_order(places):
     # the static force through bearing k pushes its own seats: K q = B' f with all seats' reactions
-    truth = foundation(2 * len(places))
+    truth = spread_modes(2 * len(places))
     bearings = {z: rb.Bearing(kxx=1e7 * (k + 1), kyy=2e7 * (k + 1)) for k, z in enumerate(places)}
     machine = rb.mount(ROTOR, dict(reversed(bearings.items())), on=truth)
     assert list(machine.bearings) == list(places)
@@ -180,7 +168,7 @@ def test_one_two_and_four_bearings_stand_on_two_seats_each_in_ascending_order(pl
 def test_another_number_of_seats_than_bearings_need_is_an_error_with_both_numbers(places, seats):
     message = rf"{len(places)} bearings need {2 * len(places)} seats, .*the foundation has {seats} \(x1, y1"
     with pytest.raises(ValueError, match=message):
-        rb.mount(ROTOR, dict.fromkeys(places, RIGHT), on=foundation(seats))
+        rb.mount(ROTOR, dict.fromkeys(places, RIGHT), on=spread_modes(seats))
 
 
 @pytest.mark.parametrize("z", [-0.1, 0.9, float("nan")])
@@ -201,7 +189,7 @@ def test_a_coordinate_is_found_by_place_and_direction():
 
 
 def test_mounting_leaves_rotor_and_foundation_unchanged():
-    truth = foundation()
+    truth = spread_modes()
     before = [matrix.copy() for matrix in (truth.M, truth.C, truth.K, truth.B)]
     rb.mount(ROTOR, BEARINGS, on=truth)
     for matrix, old in zip((truth.M, truth.C, truth.K, truth.B), before, strict=True):

@@ -65,6 +65,7 @@ def test_the_mass_of_a_rotor_is_that_of_its_segments_and_disks():
     expected = np.pi / 4 * 7850 * (0.05**2 * 0.2 + (0.08**2 - 0.02**2) * 0.3 + 0.04**2 * 0.1) + 3.0
     assert rotor.mass == pytest.approx(expected, rel=1e-12)
     mesh = assemble(rotor)
+    assert len(rigid_motions(mesh)) == 4
     for motion in rigid_motions(mesh)[:2]:
         assert motion @ mesh.M @ motion == pytest.approx(expected, rel=1e-12)
 

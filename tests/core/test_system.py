@@ -74,6 +74,7 @@ def test_the_modes_are_those_of_the_generalised_first_order_pencil(n, gyroscopic
 def test_a_mode_shape_solves_the_quadratic_eigenvalue_problem():
     s = any_system(6)
     modes = s.modes()
+    assert len(modes.poles) == 6
     for pole, shape in zip(modes.poles, modes.shapes.T, strict=True):
         terms = [pole**2 * s.M @ shape, pole * (s.C + s.G) @ shape, s.K @ shape]
         assert np.linalg.norm(sum(terms)) < 1e-10 * max(np.linalg.norm(term) for term in terms)

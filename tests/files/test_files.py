@@ -6,25 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from samples import FREQUENCY, Harmful, foundation
 
 import rbfound as rb
 from rbfound.files.text import COLUMNS
 
-FREQUENCY = np.array([0.0, 100 / 3, 50.0, 75.0, 100.0])
 # table 2: sets driven at y1, x1, y2, x2; responses x1, y1, x2, y2 in each, numbered through
 NAMES = [
     f"frf{4 * s + r + 1:02d}_{response}_from_{force}.txt"
     for s, force in enumerate(("y1", "x1", "y2", "x2"))
     for r, response in enumerate(("x1", "y1", "x2", "y2"))
 ]
-
-
-def foundation(seats=4, modes=6):
-    rng = np.random.default_rng(4)
-    labels = tuple(f"{axis}{b + 1}" for b in range(seats // 2) for axis in "xy")
-    return rb.modal_foundation(
-        0.1 * rng.standard_normal((seats, modes)), 300.0 * np.arange(1, modes + 1), np.full(modes, 0.02), labels
-    )
 
 
 @pytest.fixture
@@ -336,16 +328,6 @@ def test_a_foundation_without_notes_comes_back_without_notes(tmp_path):
 def test_another_ending_than_npz_is_an_error(tmp_path):
     with pytest.raises(ValueError, match=r"kept\.dat does not end in \.npz"):
         rb.save_foundation(foundation(), tmp_path / "kept.dat")
-
-
-class Harmful:
-    """Unpickling it would create a file."""
-
-    def __init__(self, path):
-        self.path = path
-
-    def __reduce__(self):
-        return (Path.touch, (self.path,))
 
 
 def test_a_pickled_object_is_refused_and_not_run(tmp_path):

@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 import pytest
-from test_files import foundation
+from samples import foundation
 
 import rbfound as rb
 from rbfound.files import exports, frf_sets

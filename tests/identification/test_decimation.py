@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_modal_fit import BAND, LINES, known, noisy
+from samples import BAND, LINES, known, noisy
 
 import rbfound as rb
 from rbfound.identification import stabilisation, stable_poles

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_modal_fit import BAND, LINES, known, noisy
+from samples import BAND, LINES, known, noisy
 
 import rbfound as rb
 from rbfound.identification.error_propagation import _slopes

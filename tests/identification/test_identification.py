@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_modal_fit import BAND, LINES, PROMISED, alone, assert_passive, known, machine_poles, noisy, under_the_rotor
+from samples import BAND, LINES, PROMISED, alone, assert_passive, known, machine_poles, noisy, under_the_rotor
 
 import rbfound as rb
 

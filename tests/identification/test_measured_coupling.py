@@ -4,9 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from samples import BEARINGS, RIGHT, ROTOR, errors, noisy, spread_modes
 from scipy import linalg
-from test_machine import BEARINGS, RIGHT, ROTOR, foundation
-from test_modal_fit import errors, noisy
 
 import rbfound as rb
 
@@ -30,7 +29,7 @@ def everywhere(measured):
 def test_from_exact_frfs_every_receptance_is_that_of_the_coupled_matrices(speed):
     # forces and displacements at every coordinate of the shaft and at every seat; both roads solve exactly, so what
     # is left is rounding times a condition number of some 1e4
-    truth = foundation()
+    truth = spread_modes()
     machine, measured = both(truth)
     n = len(machine.mesh.M)
     rows = linalg.block_diag(np.eye(n), truth.B)
@@ -43,7 +42,7 @@ def test_from_exact_frfs_every_receptance_is_that_of_the_coupled_matrices(speed)
 
 
 def test_the_unbalance_response_is_that_of_the_coupled_matrices_coordinate_by_coordinate():
-    truth = foundation()
+    truth = spread_modes()
     machine, measured = both(truth)
     n, unbalance = len(machine.mesh.M), {0.35: 1e-3, 0.8: 2e-4j}
     speeds = rb.radians(LINES[1:])
@@ -68,7 +67,7 @@ def test_a_foundation_that_does_not_move_is_rigid_ground():
 
 
 def test_without_speeds_every_line_is_one():
-    _, measured = both(foundation())
+    _, measured = both(spread_modes())
     every = rb.identification.unbalance_on_lines(measured, {0.35: 1e-3})
     some = rb.identification.unbalance_on_lines(measured, {0.35: 1e-3}, rb.radians(LINES[[2, 5]]))
     np.testing.assert_array_equal(every[[2, 5]], some)
@@ -76,7 +75,7 @@ def test_without_speeds_every_line_is_one():
 
 
 def test_bearings_count_from_the_smaller_z_whatever_their_order():
-    truth = foundation()
+    truth = spread_modes()
     turned = rb.identification.mount_measured(ROTOR, dict(reversed(BEARINGS.items())), truth.frf(LINES))
     _, measured = both(truth)
     at = {"tip": measured.coordinate(0.8, "x"), "seat": measured.seat("y2")}
@@ -101,7 +100,7 @@ def test_an_h_that_cannot_be_inverted_does_no_harm():
 def test_a_bearing_without_stiffness_in_one_direction_passes_no_force_there():
     # Z is singular, so Z^-1 + H does not exist; (I + Z H)^-1 Z does
     half = dict.fromkeys(BEARINGS, rb.Bearing(kxx=3e7))
-    truth = foundation()
+    truth = spread_modes()
     machine = rb.mount(ROTOR, half, on=truth)
     measured = rb.identification.mount_measured(ROTOR, half, truth.frf(LINES[1:]))
     tip = measured.coordinate(0.8, "x")
@@ -116,7 +115,7 @@ def test_a_bearing_without_stiffness_in_one_direction_passes_no_force_there():
 
 @pytest.mark.parametrize("frequency", [120.0, 0.5])
 def test_a_speed_between_the_lines_is_an_error_that_names_them(frequency):
-    _, measured = both(foundation())
+    _, measured = both(spread_modes())
     low, high = {120.0: (100, 163), 0.5: (0, 7)}[frequency]
     with pytest.raises(ValueError, match=rf"is {frequency:g} Hz: the lines around it are at {low} and {high} Hz"):
         rb.identification.unbalance_on_lines(measured, {0.8: 1e-3}, rb.radians(frequency))
@@ -124,7 +123,7 @@ def test_a_speed_between_the_lines_is_an_error_that_names_them(frequency):
 
 @pytest.mark.parametrize("interpolate", [False, True])
 def test_a_speed_outside_the_lines_is_an_error_even_when_interpolation_is_asked_for(interpolate):
-    truth = foundation()
+    truth = spread_modes()
     measured = rb.identification.mount_measured(ROTOR, BEARINGS, truth.frf([20.0, 21.0, 22.0]))
     for speed in (19.0, 23.0, -21.0, np.nan):
         with pytest.raises(ValueError, match="the FRFs reach from 20 to 22 Hz, and nothing is known"):
@@ -132,7 +131,7 @@ def test_a_speed_outside_the_lines_is_an_error_even_when_interpolation_is_asked_
 
 
 def test_a_speed_in_revolutions_is_a_line_up_to_its_rounding():
-    _, measured = both(foundation(), np.arange(1.0, 400.0, 1.0) / 3)
+    _, measured = both(spread_modes(), np.arange(1.0, 400.0, 1.0) / 3)
     response = rb.identification.unbalance_on_lines(measured, {0.8: 1e-3}, rb.from_rpm([20.0, 1000.0, 6020.0]))
     assert np.isfinite(response).all()
 
@@ -156,12 +155,12 @@ def test_between_two_lines_the_error_of_h_is_the_square_of_their_distance():
 @pytest.mark.parametrize(("places", "seats"), [((0.1,), 4), ((0.1, 0.6), 2), ((), 4)])
 def test_seats_that_do_not_match_the_bearings_are_an_error_with_both_numbers(places, seats):
     with pytest.raises(ValueError, match=rf"{len(places)} bearings need {2 * len(places)} seats, .*has {seats} \("):
-        rb.identification.mount_measured(ROTOR, dict.fromkeys(places, RIGHT), foundation(seats).frf(LINES))
+        rb.identification.mount_measured(ROTOR, dict.fromkeys(places, RIGHT), spread_modes(seats).frf(LINES))
 
 
 def test_a_rotor_that_nothing_holds_at_0_hz_is_an_error_and_above_it_is_none():
     loose = dict.fromkeys(BEARINGS, rb.Bearing(kxx=1e7, cyy=1e3))
-    truth = foundation()
+    truth = spread_modes()
     measured = rb.identification.mount_measured(ROTOR, loose, truth.frf(LINES))
     with pytest.raises(ValueError, match="singular at 0 Hz: the bearings do not hold the rotor"):
         measured.frf({"tip": measured.coordinate(0.8, "x")})
@@ -172,13 +171,13 @@ def test_a_rotor_that_nothing_holds_at_0_hz_is_an_error_and_above_it_is_none():
 def test_a_soft_machine_at_0_hz_is_held():
     # the check of rigid-body motion must not turn away a bearing of 1 N/mm
     soft = dict.fromkeys(BEARINGS, rb.Bearing(kxx=1e3, kyy=1e3))
-    measured = rb.identification.mount_measured(ROTOR, soft, foundation().frf([0.0, 1.0]))
+    measured = rb.identification.mount_measured(ROTOR, soft, spread_modes().frf([0.0, 1.0]))
     tip = measured.coordinate(0.8, "x")
     assert np.isfinite(measured.frf({"tip": tip}).H).all()
 
 
 def test_places_and_seats_that_are_not_there_and_a_speed_that_is_no_number_are_errors():
-    _, measured = both(foundation())
+    _, measured = both(spread_modes())
     with pytest.raises(ValueError, match="There is no seat 'z1': the seats are x1, y1, x2, y2"):
         measured.seat("z1")
     with pytest.raises(ValueError, match=r"No node stands at 0\.77 m"):
@@ -213,7 +212,7 @@ def test_the_poles_of_the_machine_come_back_from_its_frfs(level, speed):
 
 
 def test_poles_outside_the_lines_are_an_error():
-    measured = rb.identification.mount_measured(ROTOR, BEARINGS, foundation().frf(np.arange(1.0, 200.0)))
+    measured = rb.identification.mount_measured(ROTOR, BEARINGS, spread_modes().frf(np.arange(1.0, 200.0)))
     with pytest.raises(ValueError, match=r"The band from 300 to 400 Hz lies outside the FRFs"):
         rb.identification.coupled_poles(measured, band=(300, 400))
 
@@ -232,7 +231,7 @@ def test_one_seat_loses_what_one_degree_of_freedom_does():
 def test_the_work_of_a_cycle_is_what_passivity_says_for_the_worst_forces():
     # by the time integral of force times velocity over one turn, with random forces: never less, and for the
     # eigenvector just that
-    H = noisy(foundation().frf([100.0]), 0.3).H[0]
+    H = noisy(spread_modes().frf([100.0]), 0.3).H[0]
     frf = rb.FRF([100.0], H[None])
     loss = (H.conj().T - H) / 2j
     worst = np.linalg.eigh(loss)[1][:, 0]
@@ -252,7 +251,7 @@ def test_the_work_of_a_cycle_is_what_passivity_says_for_the_worst_forces():
 
 def test_an_exact_set_takes_energy_on_every_line_and_a_noisy_one_gives_some_back():
     lines = np.arange(20.0, 500.0)
-    clean = foundation().frf(lines)
+    clean = spread_modes().frf(lines)
     # rounding may put an eigenvalue of zero a little below it
     assert rb.identification.passivity(clean).min() > -1e-12
     assert (rb.identification.passivity(noisy(clean, 0.05)) < 0).mean() > 0.1

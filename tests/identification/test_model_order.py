@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from test_modal_fit import BAND, LINES, known, noisy
+from samples import BAND, LINES, known, noisy
 
 import rbfound as rb
-from rbfound.identification.added_modes import candidates, first_modes, missing_mode
+from rbfound.identification.added_modes import candidates, missing_mode, within
 from rbfound.identification.decimation import compressed
 from rbfound.identification.least_squares import State, cost, problem_of, refine
-from rbfound.identification.model_order import started, within
+from rbfound.identification.lsfd import first_modes
+from rbfound.identification.model_order import started
 from rbfound.identification.plscf import lines_in
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import rbfound as rb
-from rbfound.identification.least_squares import groups_of
 from rbfound.identification.model_order import FINEST
+from rbfound.identification.plscf import groups_of
 
 LINES = np.arange(20.0, 400.5, 1.0)
 LABELS = ("x1", "y1", "x2", "y2")

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from samples import BAND, LINES, noisy
 from scipy import optimize
-from test_modal_fit import BAND, LINES, noisy
 
 import rbfound as rb
 from rbfound.identification.added_modes import (
@@ -16,10 +16,10 @@ from rbfound.identification.added_modes import (
     _few,
     arranged,
     bordered,
-    first_modes,
     symmetric,
 )
 from rbfound.identification.least_squares import State, cost, problem_of, refine
+from rbfound.identification.lsfd import first_modes
 from rbfound.identification.plscf import lines_in
 from rbfound.measurement.noise import CLEAN
 

@@ -14,7 +14,7 @@ import rbfound as rb
 from rbfound import live, thesis
 from rbfound.frf import SEATS
 from rbfound.live import figure, line
-from rbfound.live.frontend import answer
+from rbfound.live.frontend import answer, scene
 from rbfound.live.sketch import slider
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -208,11 +208,33 @@ def test_one_table_of_a_reader_is_identified_too(tmp_path: Path) -> None:
 def test_a_unit_that_a_file_does_not_say_can_be_given(tmp_path: Path) -> None:
     frf = rb.load_frf(DATA / "fine").between(100, 400)
     universal(tmp_path / "rig.uff", rb.FRF(frf.frequency, 1e3 * frf.H, frf.labels), unit=("NONE", "NONE"))
-    with pytest.raises(ValueError, match="does not say in which unit"):
-        live.opened("peak_picker", tmp_path)
-    said = np.frombuffer(live.opened("peak_picker", tmp_path, "mm/N").values["data"], "<f4")
+    # in the words of the page, which has a field where Python has an argument
+    with pytest.raises(ValueError, match=r'does not say in which unit.*the field "Unit" ') as error:
+        live.opened("peak_picker", tmp_path, columns="")
+    assert "unit=" not in str(error.value)
+    said = np.frombuffer(live.opened("peak_picker", tmp_path, unit="mm/N").values["data"], "<f4")
     parts = frf.H.transpose(1, 2, 0).ravel()
     np.testing.assert_allclose(said[len(frf.frequency) :].view("<c8"), parts, rtol=1e-6)
+
+
+def test_a_missing_frf_is_taken_from_its_mirror_where_the_page_is_told_so(tmp_path: Path) -> None:
+    shutil.copytree(DATA / "coarse", tmp_path / "own")
+    (lost,) = (tmp_path / "own").glob("*x1_from_y1*")
+    lost.unlink()
+    with pytest.raises(ValueError, match='The box "A missing FRF from its mirror" takes H_ij for a missing H_ji'):
+        live.opened("peak_picker", tmp_path / "own")
+    filled = live.opened("peak_picker", tmp_path / "own", fill=True).values["scene"]
+    assert filled["labels"] == list(SEATS)
+
+
+def test_what_is_wrong_with_a_readers_files_is_said_beside_what_was_made_of_them() -> None:
+    frf = rb.load_frf(DATA / "medium")
+    sound = live.bench_of(frf)
+    assert scene(sound)[0]["findings"] == list(rb.check(frf).warnings)
+    # the seats' own stiffness, where a wrong unit shows
+    assert f"{1 / np.abs(frf.H[0, 1, 1]):.3g} N/m" in scene(sound)[0]["size"]
+    flipped = live.bench_of(rb.FRF(frf.frequency, frf.H * np.array([[1], [-1], [1], [1]]), frf.labels))
+    assert any("driving point at y1 gives energy away" in warning for warning in scene(flipped)[0]["findings"])
 
 
 def test_files_that_are_no_frfs_are_refused_by_name(tmp_path: Path) -> None:

@@ -11,10 +11,11 @@ from scipy.optimize import linear_sum_assignment
 import rbfound as rb
 from rbfound import thesis
 from rbfound.live import bench_of
-from rbfound.live.bench import Bench, standing, thinned
+from rbfound.live.bench import Bench, thinned
 from rbfound.live.frontend import answer, paired, scene
 from rbfound.live.picking import first_picks, picked, picks_of
 from rbfound.machine import couple
+from rbfound.theory import reduced_rotor
 
 DATA = Path(__file__).resolve().parents[2] / "data" / "foundation"
 # The chapter on PMSM: one X and one Y mode read twice, and four distinct modes.
@@ -56,7 +57,7 @@ def test_the_higher_the_limit_of_the_reduced_rotor_the_smaller_its_error(truth: 
     whole, places = machine(truth, 1000.0), sorted(thesis.bearings())
     errors = []
     for limit in (500.0, 1000.0, 4000.0):
-        journals = standing(thesis.rotor(), places, limit, truth.labels)
+        journals = reduced_rotor(thesis.rotor(), places, limit, blocks=2).body
         modes = couple(journals, list(thesis.bearings().values()), truth).modes()
         errors.append(np.abs(modes.above(1.0).below(1000.0).frequency / whole - 1).max())
     assert errors[0] > errors[1] > errors[2]
@@ -97,6 +98,38 @@ def test_distinct_modes_go_to_the_seats_that_see_them_best_whatever_their_order(
     np.testing.assert_array_equal(turned.Phi, found.Phi)
 
 
+def many_seats(count: int) -> tuple[Bench, np.ndarray]:
+    """FRFs of a foundation whose modes each move mainly one seat, and which seat that is, by frequency."""
+    order = np.random.default_rng(count).permutation(count)
+    Phi = 0.05 * np.ones((count, count))
+    Phi[order, np.arange(count)] = 1.0
+    labels = tuple(f"{axis}{k + 1}" for k in range(count // 2) for axis in "xy")
+    omega, zeta = rb.radians(100 + 40 * np.arange(count)), np.full(count, 0.01)
+    foundation = rb.foundation.modal_foundation(Phi, omega, zeta, labels)
+    return bench_of(foundation.frf(np.arange(60.0, 140 + 40 * count, 0.5))), order
+
+
+@pytest.mark.parametrize("count", [10, 16])
+def test_of_many_seats_each_has_the_mode_that_moves_it_in_the_order_of_the_frequencies(count: int) -> None:
+    # there are 16! = 2e13 assignments: nothing that tries them all comes to an end
+    many, order = many_seats(count)
+    picks = [{"seat": "x1", "frequency": f} for f in 100 + 40.0 * np.arange(count)]
+    assert picked(many, picks, "distinct").order == tuple(np.argsort(order))
+
+
+@pytest.mark.parametrize("count", [4, 10])
+def test_equally_good_seats_are_chosen_alike_whatever_rounding_does(count: int) -> None:
+    # every seat sees every peak alike: rounding alone would choose
+    rng, frequency = np.random.default_rng(1), np.arange(60.0, 140.0, 0.5)
+    labels = tuple(f"{axis}{k + 1}" for k in range(count // 2) for axis in "xy")
+    H = np.tile(-1j * 1e-7 * (np.eye(count) + 0.5), (len(frequency), 1, 1))
+    picks = [{"seat": "x1", "frequency": f, "damping": 0.01} for f in 70.0 + np.arange(count)[::-1]]
+    for _ in range(20):
+        noisy = H * (1 + 1e-13 * rng.standard_normal(H.shape))
+        alike = bench_of(rb.FRF(frequency, noisy, labels))
+        assert picked(alike, picks, "distinct").order == tuple(range(count))[::-1]
+
+
 def test_a_peak_stays_where_it_is_put_and_keeps_the_damping_that_it_is_given(bench: Bench) -> None:
     picks = picks_of(bench, TWICE)
     picks[1] = {"seat": "y1", "frequency": 300.0, "damping": 0.05}
@@ -115,6 +148,23 @@ def test_identify_in_the_picker_is_identify(coarse: Bench) -> None:
     np.testing.assert_allclose(found.foundation.B, same.B, rtol=1e-6, atol=1e-9)
     assert ((found.peaks.frequency > 25) & (found.peaks.frequency < 500)).all()
     assert found.Phi.shape == (4, len(found.peaks))
+
+
+def test_modes_of_the_band_are_listed_and_residual_modes_are_not_among_them(coarse: Bench) -> None:
+    found, told, _ = answer(coarse, [], "identify")
+    assert found is not None
+    fit, said = coarse.fit, told["fit"]
+    own = fit.inside
+    assert len(said["modes"]) + len(said["residual"]) == len(fit.omega) > len(said["modes"])
+    np.testing.assert_allclose([mode[0] for mode in said["modes"]], fit.frequency[own])
+    np.testing.assert_allclose([mode[1] for mode in said["modes"]], 100 * fit.zeta[own])
+    np.testing.assert_allclose(said["misfit"], 100 * fit.misfit)
+    # the damped frequencies of the foundation, without those of residual modes
+    every = found.foundation.modes().frequency
+    nearest = np.abs(every[:, None] - found.alone).min(axis=0)
+    assert len(found.alone) == own.sum()
+    assert (nearest < 1e-6 * found.alone).all()
+    assert answer(coarse, [150.0, 350.0, 151.0, 348.0])[1]["fit"] is None
 
 
 @pytest.mark.parametrize(("peaks", "method"), [(TWICE, "pmsm"), (DISTINCT, "distinct"), ([], "identify")])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_modal_fit import BAND, LINES, known, noisy
+from samples import BAND, LINES, known, noisy
 
 import rbfound as rb
 from rbfound.measurement import averaging as averaging_module, beside_neighbours, own_errors, virtual_test

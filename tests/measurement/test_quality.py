@@ -187,3 +187,23 @@ def test_the_figure_marks_what_the_report_found():
     few = [bar for bar in resolution.patches if bar.get_height() < 4]
     assert len(few) == int((report.resolution < 4).sum()) > 0
     assert len({bar.get_facecolor() for bar in resolution.patches}) == 2
+
+
+def test_what_noise_was_integrated_to_on_the_first_line_is_no_static_limit():
+    # one mode at 120 Hz from accelerations with noise, and at 0 Hz a number of no meaning
+    f = np.arange(400.0)
+    w = 2 * np.pi * f
+    r = np.random.default_rng(0)
+    noise = 3e-6 * (r.normal(size=400) + 1j * r.normal(size=400)) / np.maximum(w, 0.1) ** 2
+    H = 1 / ((2 * np.pi * 120) ** 2 - w**2 + 2j * 0.02 * 2 * np.pi * 120 * w)
+    assert rb.check(rb.FRF(f, H[:, None, None], labels=("x1",))).static == pytest.approx(H[0].real)
+    H = H + noise
+    H[0] = 0.77
+    assert np.isnan(rb.check(rb.FRF(f, H[:, None, None], labels=("x1",))).static).all()
+
+
+def test_a_band_narrower_than_a_resonance_is_not_said_to_hold_none():
+    f = np.arange(748.0, 774.0, 0.1)
+    H = 1 / (760.0**2 - f**2 + 2j * 0.02 * 760 * f)
+    said = rb.check(rb.FRF(f, H[:, None, None], labels=("x1",))).warnings
+    assert any("narrower than one, which a fit of modes may find" in line for line in said)

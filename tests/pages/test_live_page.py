@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from browser import is_local, router, served
 from browsing import launched, missing, pyodide_folder
-from test_files import foundation
+from samples import foundation
 from written import table, universal
 
 import rbfound as rb
@@ -289,6 +289,12 @@ def test_files_of_the_reader_are_read_and_identified_in_the_page(stage: Stage) -
     assert len(found["peaks"]) == len(expected["peaks"])
     for one, other in zip(found["peaks"], expected["peaks"], strict=True):
         assert one["frequency"] == pytest.approx(other["frequency"], rel=1e-4)
+    # the page judges them: what is wrong with the data, what the fit leaves over, the damping of each mode
+    place = stage.thing("peak_picker")
+    assert place.locator(".rbp-findings li").count() == len(stage.held("peak_picker", "scene")["findings"]) + 1
+    tables = place.locator(".rbp-plain")
+    assert tables.nth(0).locator("td").count() == 4 + 16
+    assert tables.nth(1).locator("tbody tr").count() == len(found["peaks"])
     # what only Universal Files need has not been asked for
     assert stage.page.locator("script[src*=pyuff]").count() == 0
     own.get_by_role("button", name="Back").click()
@@ -337,6 +343,7 @@ def test_what_a_file_does_not_say_is_asked_for(stage: Stage, tmp_path: Path) -> 
     own.evaluate(DROP, content)
     stage.page.wait_for_selector(".rbfound-live-own[data-refused]")
     assert "does not say in which unit" in own.locator(".rbfound-live-status").inner_text()
+    assert 'the field "Unit"' in own.locator(".rbfound-live-status").inner_text()
     own.get_by_label("Unit").fill("m/N")
     own.evaluate(DROP, content)
     stage.page.wait_for_selector(".rbfound-live-own[data-opened]")

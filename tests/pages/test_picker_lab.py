@@ -3,19 +3,20 @@
 import importlib.util
 import json
 import os
+import re
 import socket
 import subprocess
 import sys
 import time
 import urllib.request
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from browser import FLAGS, chromium
-from browsing import missing
+from browsing import launched, missing
 
 import rbfound as rb
 
@@ -28,7 +29,15 @@ CELLS = [
     "picker",
     'import json\nprint(json.dumps({"peaks": picker.peaks, "M": picker.foundation.M.tolist()}))',
     "picker.peaks = [160, 480, 626, 344]",
+    "from rbfound.plots import rotor_body, turnable\n"
+    "machine = rb.mount(rb.thesis.rotor(), rb.thesis.bearings())\n"
+    "modes = machine.at(0.0).modes().above(1.0).below(500.0)\n"
+    'turnable([rotor_body(rb.thesis.rotor(), machine.mesh.z, modes.shapes)], modes.frequency, "The shaft")',
 ]
+# Where Notebook 7 says that its kernel waits.
+IDLE = ".jp-NotebookKernelStatus:not(.jp-NotebookKernelStatus-warn), [data-status=idle]"
+# Whatever can have the focus.
+FOCUSABLE = ":is(button, select, input, summary, a[href], [tabindex='0']):visible:enabled"
 
 pytestmark = [pytest.mark.book, pytest.mark.slow]
 
@@ -41,12 +50,9 @@ def answers(url: str) -> bool:
         return False
 
 
-@pytest.fixture(scope="module")
-def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """A JupyterLab with one notebook, and nothing of the reader's own settings."""
-    if not importlib.util.find_spec("jupyterlab") or not importlib.util.find_spec("anywidget"):
-        missing("The picker's test in JupyterLab needs jupyterlab and anywidget: make test installs them.")
-    folder = tmp_path_factory.mktemp("lab")
+@contextmanager
+def server(folder: Path, program: str) -> Iterator[str]:
+    """A Jupyter of some kind, jupyterlab or notebook, with one notebook and nothing of the reader's own settings."""
     source = [cell.replace("FOLDER", (ROOT / "data" / "foundation").as_posix()) for cell in CELLS]
     cells = [
         {"cell_type": "code", "id": f"c{k}", "metadata": {}, "execution_count": None, "outputs": [], "source": text}
@@ -61,40 +67,46 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     private = {name: str(folder / name) for name in ("JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR", "IPYTHONDIR")}
     # as `make lab` has it: small matrices are done sooner by one thread
     quick = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    command = [sys.executable, "-m", "jupyterlab", "--no-browser", "--allow-root", "--ip=127.0.0.1", f"--port={port}"]
-    command += [f"--ServerApp.root_dir={folder}", "--IdentityProvider.token=", "--LabApp.news_url=None"]
-    command += [
-        "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate",
-        "--LabApp.extension_manager=readonly",
-    ]
+    command = [sys.executable, "-m", program, "--no-browser", "--allow-root", "--ip=127.0.0.1", f"--port={port}"]
+    command += [f"--ServerApp.root_dir={folder}", "--IdentityProvider.token="]
+    command += ["--LabApp.news_url=None", "--LabApp.check_for_updates_class=jupyterlab.NeverCheckForUpdate"]
+    command += ["--LabApp.extension_manager=readonly"]
     log = (folder / "log.txt").open("w")
-    server = subprocess.Popen(command, cwd=folder, env={**os.environ, **private, **quick}, stdout=log, stderr=log)
+    process = subprocess.Popen(command, cwd=folder, env={**os.environ, **private, **quick}, stdout=log, stderr=log)
     try:
         until = time.monotonic() + 60
         while not answers(f"http://127.0.0.1:{port}/api"):
-            if time.monotonic() > until or server.poll() is not None:
-                pytest.fail("JupyterLab did not start:\n" + (folder / "log.txt").read_text(encoding="utf-8"))
+            if time.monotonic() > until or process.poll() is not None:
+                pytest.fail(f"{program} did not start:\n" + (folder / "log.txt").read_text(encoding="utf-8"))
             time.sleep(0.2)
         yield f"http://127.0.0.1:{port}"
     finally:
-        server.terminate()
-        server.wait(timeout=30)
+        process.terminate()
+        process.wait(timeout=30)
         log.close()
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    if not importlib.util.find_spec("jupyterlab") or not importlib.util.find_spec("anywidget"):
+        missing("The picker's test in JupyterLab needs jupyterlab and anywidget: make test installs them.")
+    with server(tmp_path_factory.mktemp("lab"), "jupyterlab") as url:
+        yield f"{url}/lab/tree/pick.ipynb?reset"
 
 
 class Lab:
     """The notebook, opened, its first cell run."""
 
-    def __init__(self, page: Any, url: str) -> None:
+    def __init__(self, page: Any, url: str, idle: str) -> None:
         self.page, self.troubles = page, []
         page.on("pageerror", lambda error: self.troubles.append(str(error)))
         page.add_init_script(
             "window.drawn = []; document.addEventListener('rbfound-drawn', e => window.drawn.push(e.detail));"
             "window.moved = []; document.addEventListener('rbfound-moved', e => window.moved.push(e.detail.latency));"
         )
-        page.goto(f"{url}/lab/tree/pick.ipynb?reset")
+        page.goto(url)
         # what is run before the kernel is there may be lost
-        page.get_by_text("| Idle").wait_for(timeout=60_000)
+        page.locator(idle).first.wait_for(timeout=60_000)
         self.run(0)
         page.wait_for_selector(".rbfound-picker .rbp-handle", timeout=60_000)
         self.handles = page.locator(".rbp-handle")
@@ -112,6 +124,15 @@ class Lab:
     def run(self, cell: int) -> None:
         self.page.locator(".jp-CodeCell .jp-InputArea-editor").nth(cell).click(timeout=60_000)
         self.page.keyboard.press("Control+Enter")
+
+    def contents(self) -> list[str]:
+        """The kind and the text of each cell."""
+        return list(
+            self.page.locator(".jp-Notebook .jp-Cell").evaluate_all(
+                "cells => cells.map(c => c.className.match(/jp-(Code|Markdown|Raw)Cell/)[1]"
+                " + c.querySelector('.jp-InputArea').textContent)"
+            )
+        )
 
     def settle(self) -> None:
         """Until nothing has been drawn for a while."""
@@ -149,22 +170,25 @@ class Lab:
 
 
 @pytest.fixture(scope="module")
-def notebook(lab: str) -> Iterator[Lab]:
-    executable = chromium()
-    if executable is None:
-        missing("The picker's test in JupyterLab needs Chromium (Debian, Ubuntu: apt-get install chromium).")
-    if not importlib.util.find_spec("playwright"):
-        missing("The picker's test in JupyterLab needs playwright: make test installs it.")
-    from playwright.sync_api import sync_playwright
+def browser() -> Iterator[Any]:
+    with launched("The picker's tests in Jupyter") as browser:
+        yield browser
 
-    with sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=executable, args=FLAGS)
-        page = browser.new_page(viewport={"width": 1500, "height": 1200})
-        page.set_default_timeout(20_000)
-        opened = Lab(page, lab)
-        yield opened
-        browser.close()
-    assert opened.troubles == []
+
+@contextmanager
+def opened(browser: Any, url: str, idle: str) -> Iterator[Lab]:
+    page = browser.new_page(viewport={"width": 1500, "height": 1200})
+    page.set_default_timeout(20_000)
+    lab = Lab(page, url, idle)
+    yield lab
+    page.close()
+    assert lab.troubles == []
+
+
+@pytest.fixture(scope="module")
+def notebook(browser: Any, lab: str) -> Iterator[Lab]:
+    with opened(browser, lab, "text=| Idle") as found:
+        yield found
 
 
 def test_a_drag_in_the_notebook_changes_phi_and_the_next_cell_has_what_was_picked(notebook: Lab) -> None:
@@ -201,6 +225,56 @@ def test_keys_move_a_peak_and_leave_the_notebook_alone(notebook: Lab) -> None:
     notebook.settle()
     assert notebook.handles.count() == 4
     assert notebook.page.locator(".jp-Cell").count() == cells
+
+
+def shortcuts() -> list[str]:
+    """What JupyterLab takes for a command to the notebook, of keys that a hand may fall on: letters and digits."""
+    import jupyterlab
+
+    found = set()
+    for path in (Path(jupyterlab.__file__).parents[4] / "share/jupyter/lab/schemas").rglob("*.json"):
+        for told in json.loads(path.read_text(encoding="utf-8")).get("jupyter.lab.shortcuts", []):
+            keys = told.get("keys", [])
+            if all(re.fullmatch(r"(Shift )?[A-Z0-9]", key) for key in keys):
+                found.add(tuple(key.replace(" ", "+") if " " in key else key.lower() for key in keys))
+    return [key for keys in sorted(found) for key in keys]
+
+
+def test_no_letter_typed_on_a_part_of_the_picker_or_the_viewer_is_a_command_to_the_notebook(notebook: Lab) -> None:
+    letters_are_no_commands(notebook)
+
+
+def test_nor_is_it_in_notebook_7(browser: Any, tmp_path: Path) -> None:
+    if not importlib.util.find_spec("notebook"):
+        pytest.skip("Notebook 7 is not installed: pip install notebook.")
+    with server(tmp_path, "notebook") as url, opened(browser, f"{url}/notebooks/pick.ipynb", IDLE) as found:
+        letters_are_no_commands(found)
+
+
+def letters_are_no_commands(notebook: Lab) -> None:
+    """Type every letter that is a shortcut on each part that can have the focus."""
+    notebook.run(3)
+    notebook.page.wait_for_selector(".rbfound-view.is-live canvas")
+    keys, before = shortcuts(), notebook.contents()
+    assert {"x", "d", "m", "y", "r", "a", "b", "0", "i", "Shift+M"} <= set(keys)
+    # the notebook is in its command mode, as it is after a click on an output
+    notebook.page.locator(".rbp-choice summary").click()
+    for place in (".rbfound-picker", ".rbfound-view"):
+        parts = notebook.page.locator(f"{place} {FOCUSABLE}")
+        assert parts.count() > 5
+        for k in range(parts.count()):
+            # an element is kept, as what a key changes may be another number of parts
+            part = parts.nth(k).element_handle()
+            part.focus()
+            for key in keys:
+                notebook.page.keyboard.press(key)
+            said = part.evaluate("part => part.outerHTML.slice(0, 80)")
+            assert notebook.contents() == before, said
+            assert notebook.page.locator(".jp-Dialog").count() == 0, said
+            part.evaluate("part => part.blur()")
+    notebook.page.locator(".rbp-choice summary").click()
+    notebook.page.get_by_label("Method", exact=True).select_option("pmsm")
+    notebook.settle()
 
 
 def test_peaks_set_in_a_cell_move_the_lines(notebook: Lab) -> None:

@@ -16,12 +16,11 @@ from browsing import launched
 
 import rbfound as rb
 from rbfound import thesis
-from rbfound.live import bench_of
+from rbfound.live import bench_of, script, sheet
 from rbfound.live.bench import Bench
 from rbfound.live.frontend import answer, scene
 from rbfound.live.picking import picked
 
-LIVE = Path(rb.__file__).parent / "live"
 DATA = Path(__file__).resolve().parents[2] / "data" / "foundation"
 
 pytestmark = pytest.mark.book
@@ -69,9 +68,8 @@ def page_of(bench: Bench, method: str = "pmsm") -> str:
         "result": {},
         "curves": "",
     }
-    js = (LIVE / "picker.js").read_text(encoding="utf-8").replace("export default", "window.exported =")
-    css = (LIVE / "picker.css").read_text(encoding="utf-8")
-    return PAGE % {"css": css, "js": js, "state": json.dumps(state)}
+    js = script("picker").replace("export default", "window.exported =")
+    return PAGE % {"css": sheet("picker"), "js": js, "state": json.dumps(state)}
 
 
 @pytest.fixture(scope="module")
@@ -375,6 +373,27 @@ def test_the_theme_of_the_page_is_followed(stage: Stage) -> None:
     assert stage.picture() != before
     stage.page.evaluate("document.body.dataset.jpThemeLight = 'true'")
     assert stage.picture() == before
+
+
+def test_a_dark_book_shows_no_pale_frame(stage: Stage) -> None:
+    # the book's theme as it stands in a built page
+    stage.page.add_style_tag(
+        content="html[data-theme=dark] .bd-content div.cell_output .widget-subarea { background: #ccc; padding: 8px }"
+    )
+    stage.page.evaluate("""() => {
+        document.documentElement.dataset.theme = "dark";
+        const here = document.getElementById("here"), classes = ["widget-subarea", "cell_output", "bd-content"];
+        let inner = here.firstChild;
+        for (const name of classes) {
+            const outer = Object.assign(document.createElement("div"), { className: name });
+            inner.replaceWith(outer);
+            outer.append(inner);
+            inner = outer;
+        }
+    }""")
+    area = stage.page.locator(".widget-subarea")
+    found = area.evaluate("area => [getComputedStyle(area).backgroundColor, getComputedStyle(area).paddingTop]")
+    assert found == ["rgba(0, 0, 0, 0)", "0px"]
 
 
 def test_a_removed_picker_leaves_no_ear_behind(stage: Stage) -> None:

@@ -53,6 +53,14 @@ def test_points_faces_and_shapes_come_back_from_the_page_to_the_last_bit_they_ha
     assert sent["marks"] == dict(body.marks)
 
 
+def test_what_moves_more_is_darker_in_both_themes() -> None:
+    for themes in viewer.RAMPS:
+        for little, much in themes:
+            light = [np.dot(viewer.to_rgb(colour), [0.2126, 0.7152, 0.0722]) for colour in (little, much)]
+            # a difference that a grey printer shows, too
+            assert light[0] > light[1] + 0.3
+
+
 def test_an_imaginary_part_is_sent_where_there_is_one() -> None:
     shape = np.array([[1.0, 1.0j, 0.0], [0.5, 0.0, 0.0]])
     sent = viewer.displacements(shape)

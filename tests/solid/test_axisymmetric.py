@@ -7,7 +7,8 @@ import rbfound as rb
 
 pytest.importorskip("skfem", reason="The solid rotor needs scikit-fem: pip install 'rbfound[solid]'.")
 
-from rbfound.solid import both_planes, cone_angle, gyroscopic, natural_modes, ritz_modes, section_mesh, solid_rotor
+from rbfound.solid import cone_angle, gyroscopic, natural_modes, ritz_modes, section_mesh, solid_rotor
+from rbfound.theory import mount_reduced, round_rotor
 
 SLENDER = rb.Shaft([1.2], [0.03])
 BODY = rb.thesis.rotor(0.0)
@@ -85,18 +86,10 @@ def test_both_planes_split_at_speed_as_the_beam_does():
     speed = rb.from_rpm(30000)
     solid = solid_rotor(BODY, [0.045, 0.85])
     omega, Phi = ritz_modes(solid, 8, 2, -100.0)
-    body, g = both_planes(omega, Phi, solid.B), Phi.T @ (gyroscopic(solid, BODY.shaft) @ Phi)
-    G = speed * np.block([[0 * g, g], [-g, 0 * g]])
-    split = [
-        system.modes().above(400).frequency[:4] for system in (rb.System(body.M, body.C, body.K, G), BODY.at(speed))
-    ]
+    g = Phi.T @ (gyroscopic(solid, BODY.shaft) @ Phi)
+    solids = mount_reduced(round_rotor(omega, solid.B @ Phi, g, [0.045, 0.85]), {}, None)
+    split = [machine.at(speed).modes().above(400).frequency[:4] for machine in (solids, BODY)]
     np.testing.assert_allclose(np.diff(split[0])[[0, 2]], np.diff(split[1])[[0, 2]], rtol=0.03)
-
-
-def test_the_seats_of_both_planes_stand_in_the_order_x1_y1_x2_y2():
-    body = both_planes(np.array([1.0, 2.0]), np.eye(2), np.array([[3.0, 4.0], [5.0, 6.0]]))
-    np.testing.assert_array_equal(body.B, [[3, 4, 0, 0], [0, 0, 3, 4], [5, 6, 0, 0], [0, 0, 5, 6]])
-    assert body.labels == ("x1", "y1", "x2", "y2")
 
 
 def test_the_mesh_fills_the_drawing_and_no_more():

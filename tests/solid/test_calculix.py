@@ -12,21 +12,16 @@ from scipy import sparse
 pytest.importorskip("skfem", reason="the solid model needs scikit-fem: pip install 'rbfound[solid]'")
 
 import crosscheck
+from calculix import brick_nodes, read_frequencies, write_deck
 from crosscheck import MISSING, ask_calculix, ask_rbfound, assemble
-from skfem import MeshHex1
 
 from rbfound.solid import (
     Block,
-    FoundationGeometry,
     brick,
     elastic_solid,
-    foundation_blocks,
     join,
-    read_frequencies,
-    write_deck,
 )
-from rbfound.solid.calculix import brick_nodes
-from rbfound.solid.mesh import STEEL, Material, SerendipityMesh, rectangle, ring
+from rbfound.solid.mesh import STEEL, Material, rectangle, ring
 
 # Nodes 9 to 20 of CalculiX's brick lie between these corners (counted from 1): its manual's figure of C3D20.
 BETWEEN = [(1, 2), (2, 3), (3, 4), (4, 1), (5, 6), (6, 7), (7, 8), (8, 5), (1, 5), (2, 6), (3, 7), (4, 8)]
@@ -114,20 +109,6 @@ def test_the_deck_has_each_node_brick_and_fixed_node_once(tmp_path: Path) -> Non
     assert cards_of(tmp_path / "bar.inp")[-1][0] == "*END STEP"
 
 
-def test_elements_of_one_material_are_one_set_with_its_section(tmp_path: Path) -> None:
-    blocks = [*bar(2700.0), brick((0.02, 0.03, 0.02), (2, 2, 1))]
-    blocks[2] = replace(blocks[2], z=blocks[2].z + 0.24)
-    write_deck(tmp_path / "bar.inp", blocks, at_the_end)
-    cards = cards_of(tmp_path / "bar.inp")
-    elements = {parameters["ELSET"]: len(lines) for name, parameters, lines in cards if name == "*ELEMENT"}
-    assert elements == {"PART1": 16, "PART2": 12}
-    density = [float(line[0]) for name, _, lines in cards if name == "*DENSITY" for line in lines]
-    assert density == [STEEL.rho, 2700.0]
-    materials = [parameters["NAME"] for name, parameters, _ in cards if name == "*MATERIAL"]
-    sections = [(p["ELSET"], p["MATERIAL"]) for name, p, _ in cards if name == "*SOLID SECTION"]
-    assert sections == list(zip(elements, materials, strict=True))
-
-
 def test_midside_nodes_lie_between_the_corners_that_calculix_says() -> None:
     mesh, _ = join([brick((1.0, 2.0, 3.0), (2, 1, 1))])
     places = mesh.doflocs[:, brick_nodes(mesh)]
@@ -135,39 +116,11 @@ def test_midside_nodes_lie_between_the_corners_that_calculix_says() -> None:
         np.testing.assert_allclose(places[:, node], (places[:, a - 1] + places[:, b - 1]) / 2, atol=1e-15)
 
 
-def test_the_foundations_bricks_are_right_handed_and_no_two_nodes_of_one_are_the_same() -> None:
-    mesh, _ = join(foundation_blocks(FoundationGeometry()))
-    nodes = brick_nodes(mesh)
-    one, two, four, five = (mesh.doflocs[:, nodes[k]].T for k in (0, 1, 3, 4))
-    assert (np.einsum("ij,ij->i", np.cross(two - one, four - one), five - one) > 0).all()
-    assert (np.diff(np.sort(nodes, axis=0), axis=0) > 0).all()
-    # a midside node of a quarter ring bulges, but stays nearer to its edge's middle than to its ends
-    places = mesh.doflocs[:, nodes]
-    for node, (a, b) in enumerate(BETWEEN, start=8):
-        start, end = places[:, a - 1], places[:, b - 1]
-        off = np.linalg.norm(places[:, node] - (start + end) / 2, axis=0)
-        assert (off < 0.25 * np.linalg.norm(end - start, axis=0)).all()
-
-
 def test_a_brick_that_is_inside_out_is_refused() -> None:
     grid = np.linspace(0, 1, 2)
     mesh, _ = join([Block(lambda u, v: (v, u), grid, grid, grid)])
     with pytest.raises(ValueError, match="1 of 1 bricks are inside out, the first is number 0"):
         brick_nodes(mesh)
-
-
-def test_the_order_of_nodes_is_told_from_their_places() -> None:
-    # scikit-fem numbers a brick's corners from (1, 1, 1) down: the first of CalculiX's must be its last
-    mesh = SerendipityMesh(join([brick((1.0, 1.0, 1.0), (1, 1, 1))])[0].doflocs, MeshHex1().t)
-    assert brick_nodes(mesh)[0, 0] == mesh.t[7, 0]
-
-
-def test_a_round_body_keeps_its_small_numbers_within_twenty_characters(tmp_path: Path) -> None:
-    u = np.linspace(0, 1, 4)
-    blocks = [Block(ring((0.0, 0.0), 1e-5, 2e-5, turn), u, u, np.linspace(-1e-5, 1e-5, 3)) for turn in range(4)]
-    write_deck(tmp_path / "ring.inp", blocks, lambda places: places[2] == -1e-5)
-    nodes = np.array(lines_of(tmp_path / "ring.inp", "*NODE"), dtype=float)
-    np.testing.assert_allclose(nodes[:, 1:], join(blocks)[0].doflocs.T, rtol=1e-13, atol=1e-15)
 
 
 def test_springs_add_up_to_the_stiffness_that_they_stand_for(tmp_path: Path) -> None:
@@ -210,16 +163,6 @@ def test_a_deck_that_can_not_be_run_is_refused(tmp_path: Path, changed: dict, me
     with pytest.raises(ValueError, match=message):
         write_deck(tmp_path / given.pop("path"), bar(), **given)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_deck_that_breaks_off_leaves_the_old_one(tmp_path: Path) -> None:
-    write_deck(tmp_path / "bar.inp", bar(), at_the_end)
-    before = (tmp_path / "bar.inp").read_text()
-    grid = np.linspace(0, 1, 2)
-    with pytest.raises(ValueError, match="inside out"):
-        write_deck(tmp_path / "bar.inp", [Block(lambda u, v: (v, u), grid, grid, grid)], at_the_end)
-    assert (tmp_path / "bar.inp").read_text() == before
-    assert [path.name for path in tmp_path.iterdir()] == ["bar.inp"]
 
 
 def test_frequencies_come_from_the_column_of_eigenvalues_and_from_no_table_below(tmp_path: Path) -> None:

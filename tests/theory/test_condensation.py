@@ -7,8 +7,7 @@ import pytest
 
 import rbfound as rb
 from rbfound import thesis
-from rbfound.theory import light_foundation, light_mount, light_rotor
-from rbfound.theory.condensation import condensed
+from rbfound.theory import mount_reduced, reduced_foundation, reduced_rotor, round_rotor
 
 DATA = Path(__file__).resolve().parents[2] / "data" / "foundation"
 PLACES = [0.045, 0.85, 1.0]
@@ -30,51 +29,59 @@ def bearings(k: float, c: float) -> dict[float, rb.Bearing]:
 def test_poles_are_those_of_the_whole_machine(
     truth: rb.Foundation, flexible: bool, k: float, c: float, speed: float
 ) -> None:
-    rotor, light = light_rotor(thesis.rotor(), PLACES, 2000.0), light_foundation(truth, 1000.0)
+    rotor, light = reduced_rotor(thesis.rotor(), PLACES, 2000.0), reduced_foundation(truth, 1000.0)
     whole = rb.mount(thesis.rotor(), bearings(k, c), on=truth if flexible else None)
-    few = light_mount(rotor, bearings(k, c), light if flexible else None)
-    assert len(few.M) < len(whole.M) / 2
+    few = mount_reduced(rotor, bearings(k, c), light if flexible else None)
+    assert len(few.system.M) < len(whole.M) / 2
     expected, found = (machine.at(speed).modes().above(1.0).below(600.0).poles for machine in (whole, few))
     np.testing.assert_allclose(found, expected, rtol=1e-4)
 
 
 def test_an_unbalance_moves_the_tip_as_it_does_in_the_whole_machine(truth: rb.Foundation) -> None:
-    few = light_mount(light_rotor(thesis.rotor(), PLACES, 2000.0), bearings(1e8, 1e4), light_foundation(truth, 1000.0))
+    few = mount_reduced(
+        reduced_rotor(thesis.rotor(), PLACES, 2000.0), bearings(1e8, 1e4), reduced_foundation(truth, 1000.0)
+    )
     whole = rb.mount(thesis.rotor(), bearings(1e8, 1e4), on=truth)
     speeds = np.linspace(100.0, 2500.0, 40)
     expected = rb.unbalance_response(whole, speeds, {1.0: 1e-3})
     q = few.unbalance(speeds, 1.0, 1e-3)
-    for direction, row in zip("xy", few.rows[1.0], strict=True):
+    for direction, row in zip("xy", few.rotor.rows(1.0), strict=True):
         found = q[:, : len(row)] @ row
         np.testing.assert_allclose(found, expected[:, whole.coordinate(1.0, direction)], rtol=1e-4)
 
 
 def test_the_modes_below_the_limit_stay_as_they_are_and_the_static_answer_is_exact(truth: rb.Foundation) -> None:
-    light = light_foundation(truth, 1000.0)
-    own = np.sqrt(np.diag(truth.K)) < rb.radians(1000.0)
-    np.testing.assert_array_equal(np.diag(light.K)[: own.sum()], np.diag(truth.K)[own])
-    np.testing.assert_array_equal(light.B[:, : own.sum()], truth.B[:, own])
+    light = reduced_foundation(truth, 1000.0)
+    own = int((np.sqrt(np.diag(truth.K)) < rb.radians(1000.0)).sum())
+    assert own < len(light.M) < len(truth.M)
+    np.testing.assert_allclose(light.modes().poles[:own], truth.modes().poles[:own], rtol=1e-9)
+    np.testing.assert_allclose(np.abs(light.B[:, :own]), np.abs(truth.B[:, :own]), atol=1e-9 * np.abs(truth.B).max())
     static = [f.B @ np.linalg.solve(f.K, f.B.T) for f in (truth, light)]
     np.testing.assert_allclose(static[1], static[0], rtol=1e-10, atol=1e-12 * np.abs(static[0]).max())
 
 
-def test_a_coordinate_that_is_held_still_is_as_if_it_were_not_there(truth: rb.Foundation) -> None:
-    rotor, light = light_rotor(thesis.rotor(), PLACES, 2000.0), light_foundation(truth, 1000.0)
-    kept = [j for j in range(len(light.M)) if j != 2]
-    fewer = [A[np.ix_(kept, kept)] for A in (light.M, light.C, light.K)]
-    without = rb.Foundation(*fewer, light.B[:, kept], light.labels)
-    one = light_mount(rotor, bearings(1e8, 1e4), light, kept)
-    other = light_mount(rotor, bearings(1e8, 1e4), without)
-    for name in "MCKG":
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+def test_any_foundation_is_reduced_and_one_below_the_limit_only_changes_its_coordinates() -> None:
+    printed = thesis.foundation()
+    same = reduced_foundation(printed, 1000.0)
+    lines = np.array([50.0, 200.0])
+    np.testing.assert_allclose(same.frf(lines).H, printed.frf(lines).H, rtol=1e-9)
 
 
-def test_a_limit_above_all_modes_is_refused() -> None:
-    squared = np.array([1.0, 4.0, 9.0])
-    with pytest.raises(ValueError, match="no mode lies above"):
-        condensed(squared, np.ones((1, 3)), 1e3)
+def test_a_disk_that_turns_is_felt_by_the_reduced_rotor_at_speed() -> None:
+    rotor = rb.Rotor(rb.Shaft([0.2, 1.0, 0.3], [0.06, 0.08, 0.05]), {1.5: rb.Disk(40, 0.6, 1.2)}, 0.1)
+    few = mount_reduced(reduced_rotor(rotor, [0.2, 1.2], 1000.0, blocks=2), bearings_at(0.2, 1.2), None)
+    whole = rb.mount(rotor, bearings_at(0.2, 1.2))
+    expected, found = (m.at(2000.0).modes().above(1.0).below(500.0).poles for m in (whole, few))
+    np.testing.assert_allclose(found, expected, rtol=1e-4)
 
 
-def test_only_a_modal_foundation_is_made_light() -> None:
-    with pytest.raises(ValueError, match="modal coordinates"):
-        light_foundation(thesis.foundation(), 1000.0)
+def bearings_at(*places: float) -> dict[float, rb.Bearing]:
+    return {z: rb.Bearing(kxx=1e8, kyy=1e8, cxx=1e4, cyy=1e4) for z in places}
+
+
+def test_the_seats_of_both_planes_stand_in_the_order_x1_y1_x2_y2() -> None:
+    rows = np.array([[3.0, 4.0], [5.0, 6.0]])
+    rotor = round_rotor(np.array([1.0, 2.0]), rows, np.zeros((2, 2)), [0.1, 0.2])
+    np.testing.assert_array_equal(rotor.body.B, [[3, 4, 0, 0], [0, 0, 3, 4], [5, 6, 0, 0], [0, 0, 5, 6]])
+    assert rotor.body.labels == ("x1", "y1", "x2", "y2")
+    np.testing.assert_array_equal(rotor.rows(0.2), [[5, 6, 0, 0], [0, 0, 5, 6]])

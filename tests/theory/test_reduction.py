@@ -1,5 +1,6 @@
 """Reduced coordinates (equations 15-18 and beyond): what each method promises, on chains and on the beam rotor."""
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -145,8 +146,52 @@ def test_an_interface_may_be_a_mean_of_coordinates() -> None:
 def test_fewer_coordinates_of_one_reduction_are_the_smaller_reduction() -> None:
     big, small = (rb.theory.craig_bampton(*UNDAMPED, SEATS, k) for k in (7, 3))
     np.testing.assert_allclose(big.first(5).receptance([10.0, 50]), small.receptance([10.0, 50]), rtol=1e-9)
-    with pytest.raises(ValueError, match="from 2, the interface, to 9"):
+    with pytest.raises(ValueError, match="from 2 to 9, as there are 2 static shapes"):
         big.first(1)
+
+
+@pytest.mark.parametrize("as_given", [np.asarray, sparse.csc_array], ids=["dense", "sparse"])
+@pytest.mark.parametrize("name", ["craig_bampton", "modal_reduction"])
+def test_any_number_of_modes_up_to_all_may_be_kept_and_cut_down_again(name: str, as_given: Callable) -> None:
+    # Lanczos iteration finds fewer than all, and modes alone have no static shapes that must stay
+    method, most, static = getattr(rb.theory, name), *{"craig_bampton": (N - 2, 2), "modal_reduction": (N, 0)}[name]
+    M, K = as_given(CHAIN.M), as_given(CHAIN.K)
+    whole = method(M, None, K, SEATS, most)
+    np.testing.assert_allclose(whole.frequency, rb.hertz(OMEGA), rtol=1e-9)
+    for modes in range(1, most):
+        few = method(M, None, K, SEATS, modes)
+        cut = whole.first(static + modes)
+        np.testing.assert_allclose(cut.frequency, few.frequency, rtol=1e-9)
+        np.testing.assert_allclose(cut.receptance([0.0, 50.0]), few.receptance([0.0, 50.0]), rtol=1e-8)
+    with pytest.raises(ValueError, match=f"modes = {most + 1}"):
+        method(M, None, K, SEATS, most + 1)
+    with pytest.raises(ValueError, match=f"from {max(static, 1)} to {N}"):
+        whole.first(0)
+
+
+def test_static_shapes_stay_whole_when_modes_are_taken_away() -> None:
+    whole = rb.theory.modal_reduction(*UNDAMPED, SEATS, 8, static=True)
+    fewer = rb.theory.modal_reduction(*UNDAMPED, SEATS, 3, static=True)
+    np.testing.assert_allclose(whole.first(5).receptance([0.0, 50.0]), fewer.receptance([0.0, 50.0]), rtol=1e-9)
+    np.testing.assert_allclose(whole.first(2).receptance(0.0), full(0.0), rtol=1e-10)
+
+
+def test_with_every_block_of_static_answers_the_error_at_a_line_falls_by_another_power() -> None:
+    # what the modes above leave out begins with (omega / omega_next)^(2 blocks) of them
+    lines, errors = 0.3 * rb.hertz(OMEGA[3]), []
+    for blocks in (0, 1, 2, 3):
+        omega, Phi = rb.theory.ritz(CHAIN.M, CHAIN.K, ROWS.T, 3, blocks)
+        np.testing.assert_allclose(omega[:3], OMEGA[:3], rtol=1e-10)
+        H = rb.theory.modal_terms(lines, omega, 0.0, np.einsum("im,jm->mij", Phi[SEATS], Phi[SEATS])).sum(axis=1)
+        exact = full(lines, rb.System(CHAIN.M, 0 * CHAIN.M, CHAIN.K))
+        errors.append(np.abs(H - exact).max() / np.abs(exact).max())
+    assert all(more < 0.1 * fewer for fewer, more in pairwise(errors))
+
+
+def test_modes_that_leave_nothing_to_the_static_answers_stay_alone() -> None:
+    omega, Phi = rb.theory.ritz(CHAIN.M, CHAIN.K, ROWS.T, N, blocks=2)
+    assert Phi.shape == (N, N)
+    np.testing.assert_allclose(omega, OMEGA, rtol=1e-10)
 
 
 def test_a_damping_ratio_for_all_own_modes() -> None:

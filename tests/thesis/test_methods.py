@@ -1,11 +1,11 @@
-"""Roads beside each other: pairs of frequencies, and that exact data end at the truth."""
+"""Methods compared: pairs of frequencies, and that exact data lead to the reference model."""
 
 import numpy as np
 import pytest
-from test_modal_fit import known
+from samples import known
 
 import rbfound as rb
-from rbfound.thesis import ended, frequency_errors, response_error, travelled, usual_roads
+from rbfound.thesis import compare_methods, frequency_errors, method_result, response_error, usual_methods
 
 ROTOR, BEARINGS = rb.thesis.rotor(), rb.thesis.bearings()
 TRUTH = known([100.0, 200.0, 300.0, 400.0])
@@ -22,11 +22,12 @@ def test_each_frequency_is_paired_once_and_what_has_no_partner_is_missing():
     assert np.isnan(frequency_errors([1.0], [])).all()
 
 
-def test_on_exact_data_the_good_roads_end_at_the_truth():
+def test_from_exact_data_the_good_methods_lead_to_the_reference_model():
     # the fit of all modes and the FRFs themselves are exact but for what lies above the data (0.05 %)
-    roads = usual_roads([100, 200, 100, 200], [100, 200, 300, 400], (20.0, 600.0), 4)
-    truth = ended("truth", ROTOR, BEARINGS, TRUTH, rb.radians(SPEEDS), UNBALANCE, BAND)
-    ways = {road.name: road for road in travelled(roads, TRUTH.frf(LINES), ROTOR, BEARINGS, SPEEDS, UNBALANCE, BAND)}
+    methods = usual_methods([100, 200, 100, 200], [100, 200, 300, 400], (20.0, 600.0), 4)
+    truth = method_result("truth", ROTOR, BEARINGS, TRUTH, rb.radians(SPEEDS), UNBALANCE, BAND)
+    results = compare_methods(methods, TRUTH.frf(LINES), ROTOR, BEARINGS, SPEEDS, UNBALANCE, BAND)
+    ways = {result.name: result for result in results}
     assert list(ways) == ["PMSM, thesis", "PMSM, distinct", "RFP", "LSCF", "identify", "FRFs line by line"]
     for name in ("identify", "FRFs line by line"):
         errors = frequency_errors(truth.frequency, ways[name].frequency)
@@ -40,4 +41,4 @@ def test_on_exact_data_the_good_roads_end_at_the_truth():
 
 def test_a_speed_that_is_no_line_is_refused():
     with pytest.raises(ValueError, match="line"):
-        travelled({}, TRUTH.frf(LINES), ROTOR, BEARINGS, [20.3], UNBALANCE, BAND)
+        compare_methods({}, TRUTH.frf(LINES), ROTOR, BEARINGS, [20.3], UNBALANCE, BAND)

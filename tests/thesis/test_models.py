@@ -20,16 +20,15 @@ def test_models_a_to_f_are_beams_that_stand_on_what_the_thesis_prints(letter):
     assert (machine.foundation is not None) == (letter in "def")
 
 
-def test_models_g_to_l_are_solids_and_take_a_foundation():
+@pytest.mark.parametrize(("alone", "beside"), ["gj", "hk"])
+def test_models_g_to_k_are_solids_that_keep_their_frequencies_side_by_side(alone, beside):
     pytest.importorskip("skfem", reason="the solid models need scikit-fem: pip install 'rbfound[solid]'")
     truth = rb.load_foundation(DATA / "truth.npz")
-    alone, beside = rb.thesis.model("g"), rb.thesis.model("j", truth)
-    assert alone.foundation is None
-    assert beside.foundation is truth
-    # nothing ties the rotor to the foundation: j has the modes of both
-    rotor, both = (m.at(0.0).modes().above(1.0).below(1200.0).frequency for m in (alone, beside))
+    machines = rb.thesis.model(alone), rb.thesis.model(beside, truth)
+    assert [machine.foundation for machine in machines] == [None, truth]
+    rotor, both = (m.at(0.0).modes().above(1.0).below(1200.0).frequency for m in machines)
     apart = np.sort(np.concatenate([rotor, truth.modes().below(1200.0).frequency]))
-    np.testing.assert_allclose(both, apart, rtol=1e-6)
+    np.testing.assert_allclose(both, apart, rtol=1e-9)
 
 
 def test_models_j_k_and_l_stand_on_the_solid_foundation_unless_another_is_given(monkeypatch):
@@ -50,9 +49,10 @@ def test_a_letter_that_is_no_model_is_an_error_that_says_which_there_are(letter)
             function(letter)
 
 
-def test_a_beam_model_takes_no_foundation():
-    with pytest.raises(ValueError, match="takes no foundation"):
-        rb.thesis.model("f", rb.thesis.foundation())
+@pytest.mark.parametrize("letter", "afgi")
+def test_a_model_that_stands_on_no_foundation_or_on_a_printed_one_takes_none(letter):
+    with pytest.raises(ValueError, match=f"Model {letter} takes no foundation"):
+        rb.thesis.model(letter, rb.thesis.foundation())
 
 
 def test_without_scikit_fem_a_sentence_says_what_models_g_to_l_need():

@@ -20,7 +20,9 @@ def test_each_method_reads_one_mode_within_what_it_promises():
     promise = dict.fromkeys(METHODS, (5e-4, 6e-3, 6e-3))
     promise["half-power, between"] = (5e-4, 1e-3, 1e-3)
     promise["circle"] = promise["circle with slope"] = (1e-10, 1e-10, 1e-10)
-    for name, reading in readings(LINES, H, 100).items():
+    found = readings(LINES, H, 100)
+    assert list(found) == list(METHODS)
+    for name, reading in found.items():
         got = np.array([reading.frequency / F_N, reading.damping / ZETA, reading.constant * M])
         assert (np.abs(got - 1) < promise[name]).all(), name
 

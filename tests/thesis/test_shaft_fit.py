@@ -63,6 +63,7 @@ def test_what_a_b_and_c_do_not_feel_f_does_not_feel_either() -> None:
 
 def test_the_directions_are_those_in_which_the_frequencies_move_as_said(fit: shaft_fit.ShaftFit) -> None:
     sizes, rows = fit.directions()
+    assert len(sizes) == len(rows) == len(PARAMETERS[three_segments])
     for size, row in zip(sizes, rows, strict=True):
         moved = np.log(frequencies(three_segments, fit.moved(row, 0.1)) / fit.frequency)
         # a step of 0.1 %: the second order is a thousandth of the lengths' own nonlinearity

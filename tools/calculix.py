@@ -1,13 +1,12 @@
 """CalculiX as an independent check: a body of 20-node bricks as its input deck, and the frequencies that it answers.
 
 CalculiX (https://www.calculix.de) is a finite-element program of its own; nothing but the nodes, the bricks, the
-materials and what holds them goes to it. Needs the extra rbfound[solid]; `import rbfound` does not load this module.
+materials and what holds them goes to it. Needs the extra rbfound[solid].
 """
 
 import os
 import re
-import tempfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 
@@ -15,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from rbfound.solid.mesh import Block, Material, SerendipityMesh, join
+from rbfound.files import text_replaced
+from rbfound.solid import Block, Places, join
+from rbfound.solid.mesh import Material, SerendipityMesh
 from rbfound.units import hertz
 
 Array = NDArray[np.float64]
-Places = Callable[[Array], NDArray[np.bool_]]
 
 # Points of integration: 3 x 3 x 3 for both matrices, or 2 x 2 x 2 for both.
 ELEMENTS = ("C3D20", "C3D20R")
@@ -86,7 +86,7 @@ def write_deck(
         raise ValueError(f"{count} frequencies of {free} free coordinates: ask for at least 1 and fewer than all.")
     bricks = _bricks(mesh, [block.material for block in blocks], owner, element)
     more = () if springs is None else _springs(springs, mesh.nelements)
-    _replace(path, chain(bricks, more, _step(held, count)))
+    text_replaced(path, "\n".join(chain(bricks, more, _step(held, count))) + "\n")
 
 
 def brick_nodes(mesh: SerendipityMesh) -> NDArray[np.intp]:
@@ -180,11 +180,3 @@ def _lines(entries: Iterable[int]) -> Iterator[str]:
     for start in range(0, len(words), ENTRIES):
         more = "," if start + ENTRIES < len(words) else ""
         yield ", ".join(words[start : start + ENTRIES]) + more
-
-
-def _replace(path: Path, lines: Iterable[str]) -> None:
-    """Write beside the target first: a reader finds the old file or the new one, never half of it."""
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".deck-") as folder:
-        fresh = Path(folder) / path.name
-        fresh.write_text("\n".join(lines) + "\n", encoding="ascii")
-        fresh.replace(path)
