@@ -1,7 +1,4 @@
-"""What a machine does over speed: Campbell diagram, whirl, critical speeds.
-
-Anything that has `.at(speed) -> System` can be swept.
-"""
+"""Campbell diagram, whirl, critical speeds: of anything that has `.at(speed) -> System`."""
 
 import warnings
 from collections.abc import Iterator

@@ -90,7 +90,7 @@ class OnOil:
     rotor = rb.Rotor(rb.Shaft([0.6], [0.1]), {0.2: rb.Disk(30.0, 0.3, 0.5)})
 
     def mounted(self, speed):
-        film = rb.Bearing(kxx=1e7, kyy=2e7, cxx=2e7 / speed, cyy=4e7 / speed)
+        film = rb.Bearing(kxx=1e7, kyy=2e7, cxx=1e6 / speed, cyy=2e6 / speed)
         return rb.mount(self.rotor, {0.0: film, 0.6: film})
 
     def at(self, speed):
