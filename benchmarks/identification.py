@@ -76,7 +76,7 @@ def sdypy(order: int, *, model: bool) -> Callable[[rb.FRF, Array], Found]:
             return Found(np.concatenate(fit.all_poles))
         fit.select_closest_poles(list(hints))
         fit.get_constants("lsfd_proportional")
-        omega, zeta = rb.radians(fit.nat_freq), fit.nat_xi
+        omega, zeta = rb.from_hertz(fit.nat_freq), fit.nat_xi
         # its own shapes are those of one column and a-normalised: the best that all sixteen constants give is taken
         values, vectors = np.linalg.eigh(symmetric(np.moveaxis(fit.A.reshape(4, 4, -1), -1, 0)))
         Phi = (vectors[:, :, -1] * np.sqrt(np.abs(values[:, -1:]))).T
@@ -95,7 +95,7 @@ def pyfbs(order: int, *, model: bool) -> Callable[[rb.FRF, Array], Found]:
         if not model:
             return Found(np.concatenate([poles[0] for poles in fit.poles]))
         _, frequency, damping, kind = fit.stab_plot.T
-        poles = rb.radians(frequency) * (-damping / 100 + 1j * np.sqrt(1 - (damping / 100) ** 2))
+        poles = rb.from_hertz(frequency) * (-damping / 100 + 1j * np.sqrt(1 - (damping / 100) ** 2))
         taken = [fit.p_l_from_index(k) for k in picked(poles, kind == 3, hints)]
         fit.selected_poles = np.array([pole for pole, _ in taken])
         fit.selected_mpf = np.array([participation for _, participation in taken]).T
@@ -112,7 +112,7 @@ def sdynpy_polypy(*, model: bool) -> Callable[[rb.FRF, Array], Found]:
     pairs = sdynpy.coordinate.outer_product(seats, seats)
 
     def run(frf: rb.FRF, hints: Array) -> Found:
-        omega = np.asarray(rb.radians(frf.frequency))
+        omega = np.asarray(rb.from_hertz(frf.frequency))
         data = np.moveaxis(frf.H, 0, -1) * -(omega**2)
         kind = sdynpy.data.FunctionTypes.FREQUENCY_RESPONSE_FUNCTION
         fit = sdynpy.PolyPy(sdynpy.data_array(kind, frf.frequency, data, pairs), *BAND, displacement_derivative=2)
@@ -172,7 +172,7 @@ def truth(seed: int, above: bool) -> rb.Foundation:
     f = np.concatenate([IN_BAND, ABOVE]) if above else IN_BAND
     zeta = np.concatenate([np.linspace(0.01, 0.02, len(IN_BAND)), np.full(len(f) - len(IN_BAND), 0.02)])
     Phi = 0.1 * np.random.default_rng(seed).standard_normal((4, len(f)))
-    return rb.modal_foundation(Phi, rb.radians(f), zeta)
+    return rb.modal_foundation(Phi, rb.from_hertz(f), zeta)
 
 
 def measured(foundation: rb.Foundation, level: float, seed: int) -> rb.FRF:
@@ -197,7 +197,7 @@ def model_of(found: Found, static: bool) -> rb.Foundation | None:
     Phi, omega, zeta = found.Phi, np.abs(found.poles), np.maximum(-found.poles.real / np.abs(found.poles), 0)
     if static:
         values, vectors = np.linalg.eigh(found.remainder)
-        far = float(rb.radians(FAR))
+        far = float(rb.from_hertz(FAR))
         Phi = np.hstack([Phi, far * vectors * np.sqrt(np.maximum(values, 0))])
         omega, zeta = np.append(omega, np.full(4, far)), np.append(zeta, np.full(4, 0.02))
     return rb.modal_foundation(Phi, omega, zeta)

@@ -32,6 +32,6 @@ from rbfound.rotor import Bearing as Bearing, Disk as Disk, Rotor as Rotor, Shaf
 from rbfound.system import System as System, mac as mac
 from rbfound.tables import bound as bound, table as table
 from rbfound.unbalance import unbalance_response as unbalance_response
-from rbfound.units import from_rpm as from_rpm, hertz as hertz, radians as radians, rpm as rpm
+from rbfound.units import from_hertz as from_hertz, from_rpm as from_rpm, hertz as hertz, rpm as rpm
 
 __version__: str

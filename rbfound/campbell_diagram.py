@@ -15,7 +15,7 @@ from scipy.optimize import linear_sum_assignment
 from rbfound.banded import SIZES, SmallModel, complete, refined, small_model
 from rbfound.machine import Machine
 from rbfound.system import LOST, ZERO_POLE, Modes, System
-from rbfound.units import hertz, radians, rpm
+from rbfound.units import from_hertz, hertz, rpm
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -161,7 +161,7 @@ def campbell(machine: Spinning, speeds: ArrayLike, count: int = 12, above: float
 
 def _diagram(model: "_Model", count: int) -> Campbell | None:
     """The branches of a model; None where it has poles that the machine has not."""
-    speeds, kept, slow = model.speeds, [model.spectrum(float(speed)) for speed in model.speeds], radians(model.above)
+    speeds, kept, slow = model.speeds, [model.spectrum(float(speed)) for speed in model.speeds], from_hertz(model.above)
     order = np.flatnonzero(kept[0].poles.imag > slow)[:count]
     branches = [order]
     for before, after in pairwise(kept):
@@ -319,7 +319,7 @@ def _follow(model: _Model, before: _Spectrum, after: _Spectrum, order: Index, ha
         halfway = _follow(model, before, middle, order, halvings - 1)
         return _follow(model, middle, after, halfway, halvings - 1)
     kept = (like[row, column] >= HALF) | (moved[row, column] <= STILL)
-    kept &= after.poles[column].imag > radians(model.above)
+    kept &= after.poles[column].imag > from_hertz(model.above)
     following[alive[row[kept]]] = column[kept]
     return following
 
@@ -327,7 +327,7 @@ def _follow(model: _Model, before: _Spectrum, after: _Spectrum, order: Index, ha
 def _critical_speeds(model: _Model, order: float) -> CriticalSpeeds | None:
     """All critical speeds; None where a crossing of the small model is none of the machine."""
     low, high = model.speeds[[0, -1]] + WIDER * np.abs(model.speeds).max() * np.array([-1, 1])
-    least = radians(model.above) / order
+    least = from_hertz(model.above) / order
     points = np.unique([low, *model.speeds[1:-1], high, *(end for end in (-least, least) if low < end < high)])
     modes: list[_Spectrum] = []
     for side in (points[points <= -least], points[points >= least]):

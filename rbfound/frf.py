@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rbfound.units import QUANTITIES, Unit, agreed_unit, radians
+from rbfound.units import QUANTITIES, Unit, agreed_unit, from_hertz
 
 STATIC = "The line at 0 Hz was left out: a mobility or an accelerance says nothing of the displacement there."
 EMPTY = "The line at 0 Hz was left out: it holds no numbers."
@@ -168,7 +168,7 @@ class FRF:
         return FRF(self.frequency, np.where(kinds == kind, 0, self.H), self.labels, self.notes)
 
     def _omega(self) -> NDArray[np.float64]:
-        return np.asarray(radians(self.frequency))[:, None, None]
+        return np.asarray(from_hertz(self.frequency))[:, None, None]
 
 
 def relative_error(H: ArrayLike, reference: ArrayLike) -> NDArray[np.float64]:
@@ -211,7 +211,7 @@ def converted(
     if not np.isfinite(delay):
         raise ValueError(f"delay is {delay} s: it must be finite.")
     values = (values.conj() if conjugate else values) * (unit.size / force)
-    s = 1j * np.asarray(radians(frequency)).reshape(-1, *[1] * (values.ndim - 1))
+    s = 1j * np.asarray(from_hertz(frequency)).reshape(-1, *[1] * (values.ndim - 1))
     sign = -1 if over else 1
     if order:
         values = values / s ** (sign * order)

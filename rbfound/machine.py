@@ -13,7 +13,7 @@ from rbfound.foundation import Foundation
 from rbfound.frf import FRF
 from rbfound.rotor import Bearing, Mesh, Rotor, assemble
 from rbfound.system import Modes, System
-from rbfound.units import radians
+from rbfound.units import from_hertz
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -87,7 +87,7 @@ class Machine:
             raise ValueError(f"speed is {speed} rad/s: it must be finite.")
         frequency = np.atleast_1d(np.asarray(frequency, dtype=float))
         chosen = list(coordinates.values())
-        omega, at = np.asarray(radians(frequency)), np.full(len(frequency), float(speed))
+        omega, at = np.asarray(from_hertz(frequency)), np.full(len(frequency), float(speed))
         H = np.empty((len(frequency), len(chosen), len(chosen)), dtype=complex)
         for column, driven in enumerate(chosen):
             force = np.zeros((len(frequency), len(self.M)), dtype=complex)

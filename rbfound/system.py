@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
-from rbfound.units import hertz, radians
+from rbfound.units import from_hertz, hertz
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -188,7 +188,7 @@ class System:
         # of many products, of entries that are rounded themselves, miss it by some dozens of eps
         energy = np.abs(np.einsum("nr,nm,mr->r", rigid, K, rigid))
         rounding = 1e2 * np.finfo(float).eps * np.einsum("nr,nm,mr->r", size, np.abs(K), size)
-        felt = energy + rounding > float(radians(LOST)) ** 2 / largest
+        felt = energy + rounding > float(from_hertz(LOST)) ** 2 / largest
         # a rigid shape has two poles at zero, or one if it is damped
         if below > HOPELESS or zeros > 2 * rigid.shape[1] or felt.any():
             raise ValueError(
@@ -218,7 +218,7 @@ class System:
         n = len(self.M)
         outputs = np.eye(n) if outputs is None else np.asarray(outputs, dtype=float)
         inputs = np.eye(n) if inputs is None else np.asarray(inputs, dtype=float)
-        omega = np.atleast_1d(radians(frequency)).astype(float)
+        omega = np.atleast_1d(from_hertz(frequency)).astype(float)
         H = np.empty((len(omega), len(outputs), inputs.shape[1]), dtype=complex)
         for line, w in enumerate(omega):
             H[line] = outputs @ self.solve(float(w), inputs)

@@ -17,7 +17,7 @@ def hertz(omega: ArrayLike) -> Any:
     return np.asarray(omega)[()] / (2 * np.pi)
 
 
-def radians(frequency: ArrayLike) -> Any:
+def from_hertz(frequency: ArrayLike) -> Any:
     """Circular frequency [rad/s] of a frequency [Hz]."""
     return np.asarray(frequency)[()] * (2 * np.pi)
 
@@ -29,7 +29,7 @@ def rpm(speed: ArrayLike) -> Any:
 
 def from_rpm(revolutions: ArrayLike) -> Any:
     """Spin speed [rad/s] of revolutions per minute."""
-    return radians(np.asarray(revolutions)[()] / 60)
+    return from_hertz(np.asarray(revolutions)[()] / 60)
 
 
 # Size in SI, and powers of length, time and force. g is the standard acceleration of gravity; lb is a force here.

@@ -69,7 +69,7 @@ def square_foundation(seed: int = 2) -> rb.Foundation:
     rng = np.random.default_rng(seed)
     phi = 0.15 * (np.eye(4) + 0.4 * rng.standard_normal((4, 4)))
     return rb.modal_foundation(
-        phi, rb.radians(np.array([50.0, 90.0, 140.0, 210.0])), np.array([0.02, 0.03, 0.02, 0.04])
+        phi, rb.from_hertz(np.array([50.0, 90.0, 140.0, 210.0])), np.array([0.02, 0.03, 0.02, 0.04])
     )
 
 

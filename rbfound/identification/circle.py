@@ -19,7 +19,7 @@ from scipy import optimize
 
 from rbfound.measurement import REACH, prominence
 from rbfound.theory import local_maxima
-from rbfound.units import hertz, radians
+from rbfound.units import from_hertz, hertz
 
 Complex = NDArray[np.complex128]
 
@@ -149,7 +149,7 @@ class CircleFit:
 
     def mobility(self, frequency: ArrayLike) -> Complex:
         """The fitted mobility [m/(N s)] at frequencies [Hz]: the mode, the constant remainder and its slope."""
-        omega = radians(frequency)
+        omega = from_hertz(frequency)
         turn = np.exp(-2j * np.arctan(_detuning(omega, self.omega, self.zeta)))
         rise = self.slope * (omega / self.omega - 1)
         return np.asarray(self.centre + rise + self.radius * np.exp(1j * self.angle) * turn)
@@ -206,7 +206,7 @@ def circle_fit(
     if (near is None) == (band is None):
         raise ValueError("Say either near=, the frequency of a peak [Hz], or band=, the lowest and highest line [Hz].")
     lines = _band(f, band) if band is not None else _window(f, np.abs(H), float(near or 0), width, name)
-    omega = np.asarray(radians(f[lines]))
+    omega = np.asarray(from_hertz(f[lines]))
     Y = 1j * omega * H[lines]
     fit = _through(omega, Y, through, name, lines)
     for _ in range(ROUNDS if slope else 0):
@@ -236,7 +236,7 @@ def modal_constants(frequency: ArrayLike, H: ArrayLike, fit: CircleFit) -> Compl
         Receptances; the lines of the fit are used.
     """
     first, last = fit.lines
-    omega = np.asarray(radians(np.asarray(frequency, dtype=float)[first:last]))
+    omega = np.asarray(from_hertz(np.asarray(frequency, dtype=float)[first:last]))
     H = np.asarray(H, dtype=complex)[first:last]
     Y = 1j * omega[:, None] * H.reshape(len(omega), -1)
     D = np.linalg.lstsq(_shares(omega, fit, fit.slope != 0), Y, rcond=None)[0][0]

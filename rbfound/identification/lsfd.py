@@ -17,7 +17,7 @@ from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF, SEATS
 from rbfound.identification.least_squares import Problem, State, compliance, problem_of
 from rbfound.identification.plscf import ALIKE, groups_of, lines_in, stabilisation, stable_poles
-from rbfound.units import hertz, radians
+from rbfound.units import from_hertz, hertz
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -80,7 +80,7 @@ class Residues:
     def frf(self, frequency: ArrayLike) -> FRF:
         """What was fitted, on the given lines [Hz]; without the lower residual at 0 Hz, where it has no end."""
         frequency = np.atleast_1d(np.asarray(frequency, dtype=float))
-        w = np.asarray(radians(frequency))
+        w = np.asarray(from_hertz(frequency))
         H = np.einsum("rij,rn->nij", self.R, 1 / (1j * w - self.poles[:, None]))
         H = H + np.einsum("rij,rn->nij", self.R.conj(), 1 / (1j * w - self.poles.conj()[:, None]))
         for k, U in enumerate(self.upper):
@@ -119,7 +119,7 @@ class Residues:
 
     def _below(self, zeta: float) -> tuple[Array, Array, Array]:
         """Pseudo-modes for the lower residual: its positive part, where it is clearly more than the misfit."""
-        low = float(radians(max(self.band[0], 1e-3 * self.band[1])))
+        low = float(from_hertz(max(self.band[0], 1e-3 * self.band[1])))
         values, vectors = np.linalg.eigh(self.lower)
         edge = np.abs(self.frf([hertz(low)]).H).max()
         error = float(self.misfit.max()) * (edge if self.relative else 1.0)
@@ -133,7 +133,7 @@ class Residues:
         Both are diagonal in the eigenvectors of U_1 - lambda U_0 with lambda = 1 / omega^2, within the subspace in
         which U_0 is positive.
         """
-        high = float(radians(self.band[1]))
+        high = float(from_hertz(self.band[1]))
         if not len(self.upper):
             return np.zeros((len(self.labels), 0)), np.zeros(0), np.zeros(0)
         values, vectors = np.linalg.eigh(self.upper[0])
@@ -215,7 +215,7 @@ def fit_residues(
             f"{len(part.frequency)} lines from {band[0]:g} to {band[1]:g} Hz cannot tell {unknowns} numbers of each "
             f"FRF: {(unknowns + 1) // 2} lines are the least."
         )
-    problem = problem_of(np.asarray(radians(part.frequency)), part.H, relative)
+    problem = problem_of(np.asarray(from_hertz(part.frequency)), part.H, relative)
     w, seats, m = problem.omega, len(part.labels), len(poles)
     one, other = 1 / (1j * w - poles[:, None]), 1 / (1j * w - poles.conj()[:, None])
     terms = [one + other, 1j * (one - other), (w / w[-1]) ** (2 * np.arange(upper)[:, None]) + 0j]

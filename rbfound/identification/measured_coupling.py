@@ -23,7 +23,7 @@ from rbfound.identification.plscf import largest_order, lines_in, stabilisation,
 from rbfound.machine import Machine, check_seats, mount
 from rbfound.rotor import Bearing, Rotor
 from rbfound.unbalance import unbalance_force
-from rbfound.units import hertz, radians, rpm
+from rbfound.units import from_hertz, hertz, rpm
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -80,7 +80,7 @@ class MeasuredMachine:
         force = np.zeros((len(self.grounded.mesh.M) + len(self.foundation.labels), len(chosen)))
         force[chosen, np.arange(len(chosen))] = 1.0
         H = np.empty((len(frequency), len(chosen), len(chosen)), dtype=complex)
-        for line, omega in enumerate(radians(frequency)):
+        for line, omega in enumerate(from_hertz(frequency)):
             H[line] = self.solve(float(omega), speed, self.foundation.H[line], force)[chosen]
         return FRF(frequency, H, tuple(coordinates))
 
@@ -129,8 +129,8 @@ def mount_measured(rotor: Rotor, bearings: Mapping[float, Bearing], on: FRF) -> 
 
 def unbalance_on_lines(
     machine: MeasuredMachine,
+    speeds: ArrayLike | None,
     unbalance: Mapping[float, complex],
-    speeds: ArrayLike | None = None,
     *,
     interpolate: bool = False,
 ) -> Complex:
@@ -140,9 +140,9 @@ def unbalance_on_lines(
 
     Parameters
     ----------
-    unbalance : mapping from a position [m] to mass times eccentricity [kg m]
     speeds : (s,) [rad/s]
-        Each must be a line of the FRFs; all lines unless given.
+        Each must be a line of the FRFs; None for all lines.
+    unbalance : mapping from a position [m] to mass times eccentricity [kg m]
     interpolate : bool
         Between two lines take a straight one, entry by entry of H. Near a peak of half-power width b that errs by
         (spacing of the lines / b)^2 as a part of H.
@@ -153,7 +153,7 @@ def unbalance_on_lines(
         When a speed is no line of the FRFs, or with `interpolate` lies outside them: they are not extrapolated.
     """
     frf = machine.foundation
-    wanted = radians(frf.frequency) if speeds is None else np.atleast_1d(np.asarray(speeds, dtype=float))
+    wanted = from_hertz(frf.frequency) if speeds is None else np.atleast_1d(np.asarray(speeds, dtype=float))
     size = len(machine.grounded.mesh.M) + len(frf.labels)
     force = unbalance_force(machine, unbalance, size)
     response = np.empty((len(wanted), size), dtype=complex)

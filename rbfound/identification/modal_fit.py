@@ -42,7 +42,7 @@ from rbfound.identification.model_order import (
 )
 from rbfound.identification.plscf import largest_order, lines_in, stabilisation, stable_poles
 from rbfound.measurement import own_errors
-from rbfound.units import hertz, radians
+from rbfound.units import from_hertz, hertz
 
 Array = NDArray[np.float64]
 
@@ -192,7 +192,7 @@ def fit_modes(
             low, high = np.quantile(errors / np.maximum(np.abs(part.H), np.finfo(float).tiny), (0.1, 0.9))
             told = float(low), float(high)
     relative = errors is None and relative is not False
-    problem = problem_of(np.asarray(radians(part.frequency)), part.H, relative, errors)
+    problem = problem_of(np.asarray(from_hertz(part.frequency)), part.H, relative, errors)
     poles = _poles(part)
     edges = problem.edges
     zeta = float(np.clip(np.median(-poles.real / np.abs(poles)), 2e-3, 0.05)) if len(poles) else 0.02

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from rbfound.frf import FRF
-from rbfound.units import hertz, radians
+from rbfound.units import from_hertz, hertz
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -245,8 +245,8 @@ def _poles(D: Array, low: float, high: float) -> tuple[Complex, Complex]:
     companion[-inputs:] = -np.concatenate(D[:-1].transpose(0, 2, 1), axis=1)
     values = linalg.eigvals(companion, overwrite_a=True)
     values = np.where(values == 0, np.finfo(float).tiny, values)
-    step = np.pi / radians(high - low)
-    poles = np.log(values) / step + 1j * radians(low)
+    step = np.pi / from_hertz(high - low)
+    poles = np.log(values) / step + 1j * from_hertz(low)
     size = np.abs(poles)
     keep = (values.imag > 0) & (poles.real < 0) & (-poles.real < HEAVY * size)
     order_of = np.flatnonzero(keep)[np.argsort(size[keep])]

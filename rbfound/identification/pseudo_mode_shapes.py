@@ -13,7 +13,7 @@ from rbfound.identification.circle import circle_fit, modal_constants
 from rbfound.measurement import Peaks, nearest_peak
 from rbfound.system import mac
 from rbfound.theory import real_matrices
-from rbfound.units import hertz, radians
+from rbfound.units import from_hertz, hertz
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -95,7 +95,7 @@ def pseudo_modes(
             )
         column = product[:, j] if parts == "complex" else np.real(product[:, j])
         Phi[:, j] = column / np.sqrt(column[j])
-    return PseudoModes(Phi, np.asarray(radians(chosen.frequency)), chosen.damping)
+    return PseudoModes(Phi, np.asarray(from_hertz(chosen.frequency)), chosen.damping)
 
 
 def equivalent_matrices(
@@ -198,7 +198,7 @@ def _from_peaks(frf: FRF, peaks: Sequence[float] | Peaks, interpolate: bool) -> 
     """Peaks of the driving points and the products phi_ij phi_jj there, (seats, seats) [1/kg]."""
     chosen = peaks if isinstance(peaks, Peaks) else _driving_point_peaks(frf, peaks, interpolate)
     _check_peaks(frf, chosen)
-    omega, zeta = np.asarray(radians(chosen.frequency)), chosen.damping
+    omega, zeta = np.asarray(from_hertz(chosen.frequency)), chosen.damping
     columns = [
         2j * zeta[j] * omega[j] ** 2 * _column_at(frf, j, chosen.frequency[j], interpolate)
         for j in range(len(frf.labels))

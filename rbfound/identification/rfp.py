@@ -17,7 +17,7 @@ from rbfound.frf import FRF, SEATS
 from rbfound.identification.least_squares import problem_of
 from rbfound.identification.lsfd import fit_residues
 from rbfound.identification.plscf import HEAVY, lines_in
-from rbfound.units import hertz, radians
+from rbfound.units import from_hertz, hertz
 
 Array = NDArray[np.float64]
 
@@ -140,7 +140,7 @@ class Fraction:
     def frf(self, frequency: ArrayLike) -> FRF:
         """N / D on the given lines [Hz]."""
         frequency = np.atleast_1d(np.asarray(frequency, dtype=float))
-        s = 1j * np.asarray(radians(frequency)) / self.scale
+        s = 1j * np.asarray(from_hertz(frequency)) / self.scale
         H = np.einsum("kij,kn->nij", self.c, self.numerator.values(s))
         return FRF(frequency, H / (self.d @ self.denominator.values(s))[:, None, None], self.labels)
 
@@ -189,7 +189,7 @@ def fit_fraction(
     part, band = lines_in(frf, band)
     _check(part, modes, extra, iterations, basis)
     degree = 2 * (modes + extra)
-    problem = problem_of(np.asarray(radians(part.frequency)), part.H, relative)
+    problem = problem_of(np.asarray(from_hertz(part.frequency)), part.H, relative)
     size = np.abs(problem.H).max()
     H, x = problem.H / size, problem.omega / problem.omega[-1]
     weight = problem.weight / np.sqrt(np.mean(problem.weight**2))
@@ -322,6 +322,6 @@ def _highest(part: FRF, poles: Complex, band: tuple[float, float], modes: int) -
     fit = fit_residues(part, poles, band=band)
     line = np.abs(part.frequency[:, None] - hertz(np.abs(fit.poles))).argmin(axis=0)
     # not at the pole itself: one that is sharper than the lines are apart can be as high as it likes there
-    reach = np.abs(1j * radians(part.frequency[line]) - fit.poles)[:, None, None]
+    reach = np.abs(1j * from_hertz(part.frequency[line]) - fit.poles)[:, None, None]
     height = (np.abs(fit.R) / reach / np.maximum(np.abs(part.H[line]), np.finfo(float).tiny)).max(axis=(1, 2))
     return fit.poles[np.sort(np.argsort(-height)[:modes])]

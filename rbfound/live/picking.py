@@ -14,7 +14,7 @@ from rbfound.identification import compliance, equivalent_matrices, pseudo_modes
 from rbfound.live.bench import Bench
 from rbfound.measurement import Peaks, mode_indicator, prominence
 from rbfound.theory import local_maxima
-from rbfound.units import radians
+from rbfound.units import from_hertz
 
 Array = NDArray[np.float64]
 
@@ -73,7 +73,7 @@ class Picked:
         if self.method == "identify":
             # its damping may couple modes
             return self.foundation.frf(frequency).H
-        terms = compliance(np.asarray(radians(frequency), dtype=float), self.omega, self.zeta)
+        terms = compliance(np.asarray(from_hertz(frequency), dtype=float), self.omega, self.zeta)
         products = self.shapes[:, None, :] * self.shapes[None, :, :]
         return np.asarray(np.moveaxis(products @ terms, -1, 0))
 

@@ -13,7 +13,7 @@ from rbfound.machine import mount
 from rbfound.rotor import X_PLANE
 from rbfound.theory import Reduction, craig_bampton
 from rbfound.thesis import bearings, rotor
-from rbfound.units import hertz, radians
+from rbfound.units import from_hertz, hertz
 
 Array = NDArray[np.float64]
 
@@ -87,7 +87,7 @@ def _reduced(M: Array, C: Array, K: Array, T: Array, tip: int) -> NDArray[np.com
 
 
 def _response(M: Array, C: Array, K: Array, row: Array) -> NDArray[np.complex128]:
-    w = radians(LINES)[:, None, None]
+    w = from_hertz(LINES)[:, None, None]
     force = np.broadcast_to(row[:, None].astype(complex), (len(LINES), len(row), 1))
     return np.asarray(np.linalg.solve(K + 1j * w * C - w**2 * M, force)[:, :, 0] @ row)
 

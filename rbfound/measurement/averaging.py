@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from rbfound.frf import FRF, SEATS
-from rbfound.units import radians
+from rbfound.units import from_hertz
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -125,12 +125,12 @@ class Spectra:
             raise ValueError("One block has a coherence of 1, noise or not: errors need two blocks or more.")
         rest = self.response * (1 - self.coherence()) * self.averages / (self.averages - 1)
         even = uniform_filter1d(np.maximum(rest, 0), lines, axis=0, mode="nearest")
-        s = np.abs(1j * radians(self.frequency) + self.decay)[:, None, None]
+        s = np.abs(1j * from_hertz(self.frequency) + self.decay)[:, None, None]
         return np.asarray(np.sqrt(self.alike * even / (self.averages * self.force[:, None, :])) / s**2)
 
     def _receptance(self, accelerance: Complex) -> FRF:
         # under an exponential window all happens at i omega + decay in place of i omega, two time derivatives too
-        s = 1j * radians(self.frequency) + self.decay
+        s = 1j * from_hertz(self.frequency) + self.decay
         notes = (f"An exponential window added {self.decay:g} 1/s to the decay of every mode.",) if self.decay else ()
         return FRF(self.frequency, accelerance / s[:, None, None] ** 2, self.labels, notes)
 

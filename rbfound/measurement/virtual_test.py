@@ -15,7 +15,7 @@ from scipy import special
 from rbfound.foundation import Foundation
 from rbfound.frf import FRF
 from rbfound.measurement.averaging import USABLE, Blocks
-from rbfound.units import radians
+from rbfound.units import from_hertz
 
 Array = NDArray[np.float64]
 
@@ -107,7 +107,7 @@ def hammer(
     length = samples * int(np.ceil(1 + DEAD / slowest / block))
     f = np.asarray(np.fft.rfftfreq(length, 1 / rate), dtype=float)
     pulse = np.sinc(f * width - 0.5) + np.sinc(f * width + 0.5)
-    F = peak * width / 2 * rate * pulse * _closing(f, rate) * np.exp(-1j * radians(f) * (REST / rate + width / 2))
+    F = peak * width / 2 * rate * pulse * _closing(f, rate) * np.exp(-1j * from_hertz(f) * (REST / rate + width / 2))
     strength = 1 + SCATTER * rng.standard_normal((len(foundation.labels), averages, 1))
     force = np.fft.irfft(F, length)[:samples] * np.abs(strength)
     one = np.fft.irfft(np.moveaxis(_accelerance(foundation, f, sensors), 0, -1) * F, length)[..., :samples]
@@ -170,7 +170,7 @@ def with_mass(frf: FRF, mass: float, *, roving: bool = False) -> FRF:
     x = H (f + omega^2 m x), so that (I - omega^2 m H) x = H f. Where one accelerometer roves, each row of H has its
     mass at its own bearing, and of the H in parentheses what ties two bearings is left out.
     """
-    return replace(frf, H=_loaded(frf.H, np.asarray(radians(frf.frequency)), frf.labels, mass, roving))
+    return replace(frf, H=_loaded(frf.H, np.asarray(from_hertz(frf.frequency)), frf.labels, mass, roving))
 
 
 def _samples(rate: float, block: float, averages: int, **settings: float) -> int:
@@ -200,7 +200,7 @@ def _closing(f: Array, rate: float) -> Array:
 
 def _accelerance(foundation: Foundation, f: Array, sensors: Sensors) -> Complex:
     """(n, outputs, inputs) on lines from 0 Hz, with the sensors' mass on the foundation."""
-    omega = np.asarray(radians(f))
+    omega = np.asarray(from_hertz(f))
     H = _loaded(_receptance(foundation, omega), omega, foundation.labels, sensors.mass, sensors.roving)
     return np.asarray(-(omega**2)[:, None, None] * H)
 

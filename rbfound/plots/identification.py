@@ -25,7 +25,7 @@ from rbfound.plots.style import (
     legend_on,
     styled,
 )
-from rbfound.units import hertz, radians, rpm
+from rbfound.units import from_hertz, hertz, rpm
 
 
 @styled
@@ -119,7 +119,7 @@ def parts(frequency: ArrayLike, H: ArrayLike, fit: CircleFit, width: float = 3.0
     low, high = fit.half_power
     near = np.abs(f - fit.frequency) <= width * (high - low)
     fine = np.linspace(f[near][0], f[near][-1], 400)
-    curve = fit.mobility(fine) / (1j * radians(fine))
+    curve = fit.mobility(fine) / (1j * from_hertz(fine))
     _, axes = plt.subplots(2, 1, sharex=True, figsize=(7.2, 4.6))
     for ax, part, name in zip(axes, (np.real, np.imag), ("Re H", "Im H"), strict=True):
         ax.plot(fine, part(curve), color=BLUE, label="fitted circle", zorder=3)
@@ -139,7 +139,7 @@ def nyquist(frequency: ArrayLike, H: ArrayLike, fit: CircleFit) -> None:
     f, H = np.asarray(frequency, dtype=float), np.asarray(H)
     first, last = fit.lines
     more = slice(max(first - 2 * (last - first), 0), last + 2 * (last - first))
-    Y = 1j * np.asarray(radians(f)) * H
+    Y = 1j * np.asarray(from_hertz(f)) * H
     _, ax = plt.subplots(figsize=(7.6, 4.2))
     ax.plot(Y[more].real, Y[more].imag, "-", color="#999999", lw=0.9, marker=".", markersize=4, label="other lines")
     turn = fit.centre + fit.radius * np.exp(1j * np.linspace(0, 7, 400))
@@ -266,7 +266,7 @@ def residual_parts(fit: Residues, data: FRF, response: str, force: str) -> None:
     i, j = data.seat(response), data.seat(force)
     f = data.frequency[data.frequency > 0]
     whole = fit.frf(f).H[:, i, j]
-    w = np.asarray(radians(f))
+    w = np.asarray(from_hertz(f))
     above = sum((U[i, j] * w ** (2 * k) for k, U in enumerate(fit.upper)), np.zeros(len(f)))
     below = -fit.lower[i, j] / w**2
     _, ax = plt.subplots()

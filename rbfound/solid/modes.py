@@ -20,7 +20,7 @@ from rbfound.frf import FRF
 from rbfound.solid.elastic import Solid, Under, elastic_solid
 from rbfound.solid.pedestals import COARSE, ON_IT, WORKING, FoundationGeometry, Grid, foundation_blocks
 from rbfound.theory import factorised, lowest_modes, ritz
-from rbfound.units import hertz, radians
+from rbfound.units import from_hertz, hertz
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -185,7 +185,7 @@ def direct_receptance(
     BT, U = solid.B[:, solid.free].T, M @ Phi[solid.free]
     frequency = np.atleast_1d(np.asarray(frequency, dtype=float))
     H = np.empty((len(frequency), len(solid.B), len(solid.B)), dtype=complex)
-    for line, w in enumerate(radians(frequency)):
+    for line, w in enumerate(from_hertz(frequency)):
         undamped = factorised(K - w**2 * M)
         X, Y = undamped(BT), undamped(U)
         small = np.diag(1 / (2j * w * zeta * omega)) + U.T @ Y

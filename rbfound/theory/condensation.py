@@ -16,7 +16,7 @@ from rbfound.machine import couple
 from rbfound.rotor import X_PLANE, Y_PLANE, Y_SIGN, Bearing, Rotor, assemble
 from rbfound.system import Modes, System
 from rbfound.theory.reduction import ritz
-from rbfound.units import radians
+from rbfound.units import from_hertz
 
 Array = NDArray[np.float64]
 
@@ -104,7 +104,7 @@ def reduced_rotor(rotor: Rotor, places: Sequence[float], limit: float, blocks: i
     M, K = (A[np.ix_(x, x)] for A in (mesh.M, mesh.K))
     at = [2 * mesh.node(z) for z in places]
     turning = [2 * mesh.node(z) + 1 for z, disk in rotor.disks.items() if disk.Ip]
-    below = linalg.eigh(K, M, eigvals_only=True) < float(radians(limit)) ** 2
+    below = linalg.eigh(K, M, eigvals_only=True) < float(from_hertz(limit)) ** 2
     omega, Phi = ritz(M, K, np.eye(len(M))[:, at + turning], int(below.sum()), blocks, -NEARLY_STATIC * limit)
     gyroscopic = Phi.T @ mesh.G[np.ix_(x, y)] @ (signs[:, None] * Phi)
     return round_rotor(omega, Phi[at], gyroscopic, places)
@@ -132,7 +132,7 @@ def round_rotor(omega: Array, rows: Array, gyroscopic: Array, places: Sequence[f
 def reduced_foundation(foundation: Foundation, limit: float) -> Foundation:
     """A foundation with its undamped modes up to a limit [Hz], and little of the rest: M = I, K = diag(omega^2)."""
     squares = linalg.eigh(foundation.K, foundation.M, eigvals_only=True)
-    below = int((squares < float(radians(limit)) ** 2).sum())
+    below = int((squares < float(from_hertz(limit)) ** 2).sum())
     omega, Phi = ritz(foundation.M, foundation.K, foundation.B.T, below)
     C = Phi.T @ foundation.C @ Phi
     return Foundation(np.eye(len(omega)), C, np.diag(omega**2), foundation.B @ Phi, foundation.labels)

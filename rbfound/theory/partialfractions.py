@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rbfound.units import radians
+from rbfound.units import from_hertz
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -46,7 +46,7 @@ class PartialFractions:
 
     def receptance(self, frequency: ArrayLike) -> Complex:
         """H [m/N] at frequencies above zero [Hz], (n, ...)."""
-        s = 1j * np.atleast_1d(np.asarray(radians(frequency), dtype=float))
+        s = 1j * np.atleast_1d(np.asarray(from_hertz(frequency), dtype=float))
         H = np.tensordot(1 / (s[:, None] + self.D), self.B, axes=1) + np.multiply.outer(1 / s**2, self.A)
         return np.asarray(H + np.tensordot(s[:, None] ** np.arange(len(self.whole)), self.whole, axes=1))
 

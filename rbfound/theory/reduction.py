@@ -18,7 +18,7 @@ from scipy import linalg, sparse
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
 from rbfound.system import System
-from rbfound.units import hertz, radians
+from rbfound.units import from_hertz, hertz
 
 Array = NDArray[np.float64]
 Solve = Callable[[Array], Array]
@@ -109,7 +109,7 @@ def dynamic_reduction(M: Any, C: Any, K: Any, interface: ArrayLike, frequency: f
     `guyan`, whose parameters it has.
     """
     B = _rows(interface, M, K)
-    return _reduced(_static_shapes(K - float(radians(frequency)) ** 2 * M, B), M, C, K, B, len(B))
+    return _reduced(_static_shapes(K - float(from_hertz(frequency)) ** 2 * M, B), M, C, K, B, len(B))
 
 
 def craig_bampton(M: Any, C: Any, K: Any, interface: ArrayLike, modes: int) -> Reduction:
@@ -216,7 +216,7 @@ def lowest_modes(M: Any, K: Any, count: int, shift: float = 0.0, factor: Factor 
 
 def _signed_square(shift: float) -> float:
     """omega^2 [rad^2/s^2] of a frequency [Hz], with its sign."""
-    return float(np.sign(shift) * radians(shift) ** 2)
+    return float(np.sign(shift) * from_hertz(shift) ** 2)
 
 
 def orthonormal(X: Array, M: Any, basis: Array) -> Array:

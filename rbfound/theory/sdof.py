@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rbfound.units import radians
+from rbfound.units import from_hertz
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ def poles(m: float, c: float, k: float) -> NDArray[np.complex128]:
 
 def receptance(frequency: ArrayLike, m: float, c: float, k: float) -> NDArray[np.complex128]:
     """Displacement for a unit harmonic force, 1 / (k - omega^2 m + i omega c) [m/N], at frequencies [Hz]."""
-    omega = radians(frequency)
+    omega = from_hertz(frequency)
     return np.asarray(1 / (k - omega**2 * m + 1j * omega * c))
 
 
@@ -44,7 +44,7 @@ def transmissibility(frequency: ArrayLike, m: float, c: float, k: float) -> NDAr
     force below, negative behind the one above. The same ratio is the displacement of the mass for a unit displacement
     of the ground. At omega = sqrt(2 k / m) its size is 1, whatever the damper.
     """
-    through = k + 1j * radians(frequency) * c
+    through = k + 1j * from_hertz(frequency) * c
     return np.asarray(through * receptance(frequency, m, c, k))
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
 from rbfound.system import System
-from rbfound.units import hertz, radians
+from rbfound.units import from_hertz, hertz
 
 Array = NDArray[np.float64]
 
@@ -153,7 +153,7 @@ def modal_terms(frequency: ArrayLike, omega: ArrayLike, zeta: ArrayLike, A: Arra
     own, A = np.atleast_1d(np.asarray(omega, dtype=float)), np.asarray(A, dtype=float)
     if A.shape[:1] != own.shape:
         raise ValueError(f"A has shape {A.shape}: with {len(own)} modes its first axis must have {len(own)} entries.")
-    w = np.atleast_1d(np.asarray(radians(frequency), dtype=float))[:, None]
+    w = np.atleast_1d(np.asarray(from_hertz(frequency), dtype=float))[:, None]
     share = 1 / (own**2 - w**2 + 2j * np.asarray(zeta) * own * w)
     return np.asarray(share[(..., *(None,) * (A.ndim - 1))] * A)
 
@@ -176,7 +176,7 @@ def pole_terms(frequency: ArrayLike, poles: ArrayLike, R: ArrayLike) -> Complex:
     p, R = np.atleast_1d(np.asarray(poles, dtype=complex)), np.asarray(R, dtype=complex)
     if R.shape[:1] != p.shape:
         raise ValueError(f"R has shape {R.shape}: with {len(p)} poles its first axis must have {len(p)} entries.")
-    s = 1j * np.atleast_1d(np.asarray(radians(frequency), dtype=float))[:, None]
+    s = 1j * np.atleast_1d(np.asarray(from_hertz(frequency), dtype=float))[:, None]
     over = (..., *(None,) * (R.ndim - 1))
     return np.asarray((1 / (s - p))[over] * R + (1 / (s - p.conj()))[over] * R.conj())
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from rbfound.foundation import Foundation
 from rbfound.identification import equivalent_matrices
 from rbfound.rotor import Bearing, Disk, Rotor, Shaft
-from rbfound.units import radians
+from rbfound.units import from_hertz
 
 # Equation 75: columns 1 and 3 are the X mode at 150 Hz, columns 2 and 4 the Y mode at 350 Hz.
 PHI = np.array(
@@ -54,7 +54,7 @@ ME = np.array(
 
 # What may have stood before the matrices were rounded, though the thesis does not print it: with Phi of equation 75
 # these give equations 77 and 78 in every printed digit.
-OMEGA = np.asarray(radians(np.array([149.99, 350.10, 150.19, 350.18])))
+OMEGA = np.asarray(from_hertz(np.array([149.99, 350.10, 150.19, 350.18])))
 DIAGONAL_C = np.array([232.591, 113.092, 251.358, 113.066])  # 2 zeta omega [1/s]
 ZETA = DIAGONAL_C / (2 * OMEGA)
 

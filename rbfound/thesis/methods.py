@@ -23,7 +23,7 @@ from rbfound.identification import (
 from rbfound.machine import mount
 from rbfound.rotor import Bearing, Rotor
 from rbfound.unbalance import unbalance_response
-from rbfound.units import hertz, radians
+from rbfound.units import from_hertz, hertz
 
 Array = NDArray[np.float64]
 
@@ -89,7 +89,7 @@ def compare_methods(
         In which the natural frequencies of the machine are wanted.
     """
     out = []
-    speeds = np.asarray(radians(np.asarray(lines, dtype=float)))
+    speeds = np.asarray(from_hertz(np.asarray(lines, dtype=float)))
     for name, method in methods.items():
         begun = time.process_time()
         foundation = method(frf)
@@ -97,7 +97,7 @@ def compare_methods(
         out.append(method_result(name, rotor, bearings, foundation, speeds, unbalance, band, seconds))
     measured = mount_measured(rotor, bearings, on=frf)
     shaft = len(out[0].response[0]) if out else None
-    response = unbalance_on_lines(measured, unbalance, speeds)[:, :shaft]
+    response = unbalance_on_lines(measured, speeds, unbalance)[:, :shaft]
     found = np.asarray(hertz(coupled_poles(measured, band=band).imag))
     return [*out, MethodResult("FRFs line by line", found, response, 0.0)]
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rbfound.identification import circle_fit
 from rbfound.measurement import nearest_peak
-from rbfound.units import radians
+from rbfound.units import from_hertz
 
 Array = NDArray[np.float64]
 
@@ -53,14 +53,14 @@ def by_parts(frequency: ArrayLike, H: ArrayLike, near: float) -> Reading:
     if not low < f[top] < high:
         return Reading(float(f[top]), float("nan"), float("nan"))
     damping = (high**2 - low**2) / (4 * f[top] ** 2)
-    constant = -2 * damping * float(radians(f[top])) ** 2 * H.imag[top]
+    constant = -2 * damping * float(from_hertz(f[top])) ** 2 * H.imag[top]
     return Reading(float(f[top]), float(damping), float(constant))
 
 
 def by_half_power(frequency: ArrayLike, H: ArrayLike, near: float, interpolate: bool = True) -> Reading:
     """The peak of |H| and its half-power points (equations 32 and 33), between the lines or on them."""
     peak = nearest_peak(frequency, np.abs(np.asarray(H)), near, interpolate)
-    constant = 2 * peak.damping * float(radians(peak.frequency)) ** 2 * peak.height
+    constant = 2 * peak.damping * float(from_hertz(peak.frequency)) ** 2 * peak.height
     return Reading(peak.frequency, peak.damping, constant)
 
 

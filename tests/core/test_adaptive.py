@@ -38,7 +38,7 @@ def test_every_line_of_an_unbalance_response_is_solved():
     def response(speeds):
         return rb.unbalance_response(machine, speeds, {0.95: 5e-4})[:, [machine.coordinate(0.95, d) for d in "xy"]]
 
-    speeds, found = adaptive_lines(response, rb.radians(np.linspace(5.0, 200.0, 30)), 1e-2)
+    speeds, found = adaptive_lines(response, rb.from_hertz(np.linspace(5.0, 200.0, 30)), 1e-2)
     np.testing.assert_allclose(found, response(speeds), rtol=1e-9)
     middle = (speeds[1:-2] + speeds[2:-1]) / 2
     assert np.abs(CubicSpline(speeds, found)(middle) / response(middle) - 1).max() < 0.05

@@ -21,7 +21,7 @@ AT = np.linspace(-300.0, 1500.0, LANES)
 
 def foundation(zeta=0.02):
     phi = 0.12 * np.random.default_rng(8).standard_normal((4, 5))
-    return rb.modal_foundation(phi, rb.radians(np.array([30.0, 55, 80, 120, 160])), np.full(5, zeta))
+    return rb.modal_foundation(phi, rb.from_hertz(np.array([30.0, 55, 80, 120, 160])), np.full(5, zeta))
 
 
 def mounted(bearing, on=None):

@@ -15,7 +15,7 @@ def truth(bearings):
     modes = 3 + bearings
     return rb.modal_foundation(
         0.1 * rng.standard_normal((2 * bearings, modes)),
-        rb.radians(np.linspace(60.0, 420.0, modes)),
+        rb.from_hertz(np.linspace(60.0, 420.0, modes)),
         np.full(modes, 0.02),
         labels,
     )

@@ -253,7 +253,7 @@ def test_critical_speeds_on_a_flexible_foundation_are_those_of_the_synchronous_p
 
 def test_a_damped_critical_speed_is_refined_to_where_frequency_equals_speed():
     machine = rb.thesis.model("f")
-    critical = rb.campbell(machine, rb.radians(np.linspace(0.0, 300.0, 31)), count=10).critical_speeds()
+    critical = rb.campbell(machine, rb.from_hertz(np.linspace(0.0, 300.0, 31)), count=10).critical_speeds()
     assert len(critical.speed) >= 3
     assert (np.diff(critical.speed) >= 0).all()
     for speed, zeta in zip(critical.speed, critical.damping, strict=True):

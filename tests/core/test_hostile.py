@@ -11,7 +11,7 @@ BODY = rb.thesis.unrounded_foundation()
 LINES = np.arange(20.0, 400.0, 1.0)
 TWO = ("x1", "y1")
 PHI = np.array([[0.1, 0.05, 0.02], [0.02, 0.1, -0.05]])
-SMALL = rb.modal_foundation(PHI, rb.radians(np.array([80.0, 140.0, 220.0])), [0.02] * 3, TWO)
+SMALL = rb.modal_foundation(PHI, rb.from_hertz(np.array([80.0, 140.0, 220.0])), [0.02] * 3, TWO)
 EYE, NONE = np.eye(2), np.zeros((2, 2))
 
 
@@ -154,14 +154,14 @@ def test_a_set_of_the_other_sign_is_refused_by_peaks_and_warned_of_by_fits(wrong
 
 
 def test_repeated_poles_are_found_as_often_as_the_seats_can_tell():
-    twice = rb.modal_foundation([[0.1, 0.0], [0.0, 0.1]], rb.radians(np.array([100.0, 100.0])), [0.02] * 2, TWO)
+    twice = rb.modal_foundation([[0.1, 0.0], [0.0, 0.1]], rb.from_hertz(np.array([100.0, 100.0])), [0.02] * 2, TWO)
     found = rb.identify(twice.frf(LINES))
     np.testing.assert_allclose(found.modes().poles, twice.modes().poles, rtol=1e-8)
     np.testing.assert_allclose(found.frf(LINES).H, twice.frf(LINES).H, rtol=1e-7)
 
 
 def test_a_singular_phi_is_refused_whichever_way_it_is_singular():
-    lone = rb.modal_foundation([[0.1], [0.1]], rb.radians(np.array([100.0])), [0.02], TWO)
+    lone = rb.modal_foundation([[0.1], [0.1]], rb.from_hertz(np.array([100.0])), [0.02], TWO)
     with pytest.raises(ValueError, match="Phi is singular"):
         rb.pmsm(lone.frf(LINES), [100, 100])
     for phi in (np.ones((2, 2)), [[1.0, 2.0], [1.0, 2.0 + 1e-15]], np.zeros((2, 2))):

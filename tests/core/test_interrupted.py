@@ -23,7 +23,7 @@ import rbfound as rb
 def asked(count, kept=None, executor=None):
     lines = np.arange(50.0, 300.0, 2.0)
     Phi = [[0.1, 0.05, 0.02], [0.02, 0.1, -0.05]]
-    clean = rb.modal_foundation(Phi, rb.radians(np.array([80.0, 140.0, 220.0])), [0.02] * 3, ("x1", "y1")).frf(lines)
+    clean = rb.modal_foundation(Phi, rb.from_hertz(np.array([80.0, 140.0, 220.0])), [0.02] * 3, ("x1", "y1")).frf(lines)
     noise = np.random.default_rng(0).standard_normal((*clean.H.shape, 2)) @ [1, 1j]
     fit = rb.fit_modes(rb.FRF(lines, clean.H * (1 + 0.01 * noise), clean.labels), modes=3)
     rotor = rb.Rotor(rb.Shaft([0.3], [0.05]), {0.3: rb.Disk(5.0, 0.01, 0.02)}, element=0.15)

@@ -40,7 +40,7 @@ def test_poles_are_those_of_the_whole_machine_as_promised(
     study = Study(
         replace(rotor, element=0.15),
         bearings,
-        speeds=[0.0, float(rb.radians(limit))],
+        speeds=[0.0, float(rb.from_hertz(limit))],
         foundations=GROUNDS,
         stiffness=[0.01, 1.0, 100.0],
         damping=[0.1, 10.0],
@@ -51,7 +51,7 @@ def test_poles_are_those_of_the_whole_machine_as_promised(
     assert rows.shape == (len(study), study.count) == (24, 12)
     for number in range(len(study)):
         whole = study.system(number).modes().above(study.above)
-        known = whole.poles[np.abs(whole.poles) < rb.radians(0.999 * limit)][: study.count]
+        known = whole.poles[np.abs(whole.poles) < rb.from_hertz(0.999 * limit)][: study.count]
         found = rows[number, : len(known)]
         assert (np.abs(found - known) < 2e-4 * np.abs(known)).all()
 
@@ -68,7 +68,7 @@ def test_a_machine_on_rigid_ground_and_one_with_few_modes_below_the_limit_leave_
     rows = results(tmp_path)
     count = np.isfinite(rows).sum(axis=1)
     poles = [SMALL.system(k).modes().above(1.0).poles for k in range(12)]
-    whole = [(np.abs(p) <= rb.radians(60.0)).sum() for p in poles]
+    whole = [(np.abs(p) <= rb.from_hertz(60.0)).sum() for p in poles]
     np.testing.assert_array_equal(count, whole)
     assert np.isnan(rows[:, 11]).all()
 

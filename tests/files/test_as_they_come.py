@@ -17,13 +17,13 @@ from scipy import io as scipy_io
 
 import rbfound as rb
 from rbfound.files import explained, load_errors
-from rbfound.units import radians
+from rbfound.units import from_hertz
 
 PAGE = Path(__file__).parents[2] / "book" / "formats.md"
 LINES = np.array([10.0, 20.0, 30.0, 45.0])
 FRFS = foundation(2, 3).frf(LINES)
 PAIRS = [(i, j) for i in range(2) for j in range(2)]
-A = -(radians(LINES)[:, None, None] ** 2) * FRFS.H  # accelerance [m/s2/N]
+A = -(from_hertz(LINES)[:, None, None] ** 2) * FRFS.H  # accelerance [m/s2/N]
 STIFFNESS = np.linalg.inv(FRFS.H)
 
 
@@ -159,7 +159,7 @@ CASES = [
     Case("text", "a row of units below the heading", texts("Frequency\tReal\tImaginary|Hz\tm/s2/N\tm/s2/N")),
     Case("text", "lines above the heading that begin with a number", texts(f"16 averages\t2 s|801\t0.5|{SI}")),
     Case("text", "pages that repeat the heading", texts(SI, body=lambda rows: [*rows[:2], "", SI, *rows[2:]])),
-    Case("text", "`rad/sec`", texts(SI.replace("Hz", "rad/sec"), frequency=radians(LINES))),
+    Case("text", "`rad/sec`", texts(SI.replace("Hz", "rad/sec"), frequency=from_hertz(LINES))),
     Case("text", "`CPM`", texts(SI.replace("Hz", "CPM"), frequency=60 * LINES)),
     Case("text", "no number at 0 Hz", texts(SI, body=with_static_nan)),
     Case("text", "grids that differ in the seventh digit", texts(SI, frequency=LINES * (1 + 1e-7))),
@@ -167,7 +167,7 @@ CASES = [
     Case("text", "decibels, their reference said by the caller", texts("Frequency [Hz]\tMagnitude (dB)\tPhase (deg)", A, decibels), {"unit": "dB re m/s2/N"}),
     Case("text", "stiffness, said by the caller", texts("Frequency [Hz]\tReal [N/m]\tImaginary [N/m]", STIFFNESS), {"quantity": "stiffness"}),
     Case("text", "phases of exp(-iωt), said by the caller", texts(SI, A.conj()), {"conjugate": True}),
-    Case("text", "a motion recorded later than the force, said by the caller", texts(SI, A * np.exp(-1e-3j * radians(LINES)[:, None, None])), {"delay": 1e-3}),
+    Case("text", "a motion recorded later than the force, said by the caller", texts(SI, A * np.exp(-1e-3j * from_hertz(LINES)[:, None, None])), {"delay": 1e-3}),
     Case("text", "seats named `x01`", texts(SI, name="{u}01_from_{v}01.txt")),
     Case("text", "seats named `1X`", texts(SI, name="h_1{u}_from_1{v}.txt")),
     Case("text", "[N/m], and no quantity said", texts("Frequency [Hz]\tReal [N/m]\tImaginary [N/m]"), {}, INVERSE),
@@ -248,7 +248,7 @@ def test_the_page_shows_the_table_of_these_cases():
 
 
 def test_arrays_in_memory_become_receptances_and_contradictions_are_refused():
-    velocity = A / (1j * radians(LINES)[:, None, None])
+    velocity = A / (1j * from_hertz(LINES)[:, None, None])
     frf = rb.FRF.from_arrays(LINES, 1e3 * velocity, FRFS.labels, unit="mm/s/N", quantity="mobility")
     np.testing.assert_allclose(frf.H, FRFS.H, rtol=1e-12)
     with pytest.raises(ValueError, match="of mobility, not of receptance"):
@@ -270,7 +270,7 @@ def test_coherence_in_a_file_becomes_the_errors_of_its_frfs(make, tmp_path):
     # even over all lines, as four are fewer than nine: the mean of what each line's edge-padded window sees of |A|^2
     seen = np.pad(np.abs(A) ** 2, ((4, 4), (0, 0), (0, 0)), mode="edge")
     even = np.array([seen[k : k + 9].mean(axis=0) for k in range(4)])
-    expected = np.sqrt(even * 0.1 / 0.9 / 10) / radians(LINES)[:, None, None] ** 2
+    expected = np.sqrt(even * 0.1 / 0.9 / 10) / from_hertz(LINES)[:, None, None] ** 2
     np.testing.assert_allclose(load_errors(make(tmp_path), 11), expected, rtol=1e-4)
 
 

@@ -15,7 +15,7 @@ from written import table, universal
 
 import rbfound as rb
 from rbfound.files import arrays as arrays_module
-from rbfound.units import radians
+from rbfound.units import from_hertz
 
 LINES = FREQUENCY[1:]  # without 0 Hz, where an acceleration says nothing
 FRFS = foundation().frf(LINES)
@@ -112,7 +112,7 @@ def test_a_unit_for_a_unit_force_and_another_force_contradict(tmp_path):
 )
 def test_mobility_accelerance_and_their_units_become_receptances(tmp_path, unit, factor):
     order = 0 if unit == "µm" else 1 if np.iscomplex(factor) else 2
-    omega = radians(LINES)
+    omega = from_hertz(LINES)
     scaled = lambda H: ((H * factor * omega**order).real, (H * factor * omega**order).imag)  # noqa: E731
     same(rb.load_frf(write(tmp_path / "set", f"Frequency [Hz]\tReal [{unit}]\tImaginary [{unit}]", scaled)))
 
@@ -144,7 +144,7 @@ def test_the_line_at_0_hz_of_an_accelerance_is_left_out_and_said(tmp_path):
     )
     frf = rb.load_frf(path)
     assert frf.frequency.tolist() == [2.0]
-    np.testing.assert_allclose(frf.H[0], -np.eye(2) / radians(2.0) ** 2, atol=1e-15)
+    np.testing.assert_allclose(frf.H[0], -np.eye(2) / from_hertz(2.0) ** 2, atol=1e-15)
     assert "0 Hz was left out" in frf.notes[0]
 
 

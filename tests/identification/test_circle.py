@@ -10,7 +10,7 @@ from rbfound.identification.circle import kasa, taubin
 from rbfound.theory import sdof
 
 M, F_N, ZETA = 2.0, 100.3, 0.02
-K = M * rb.radians(F_N) ** 2
+K = M * rb.from_hertz(F_N) ** 2
 C = 2 * ZETA * np.sqrt(K * M)
 LINES = np.arange(0.5, 400.0, 0.5)
 H = sdof.receptance(LINES, M, C, K)
@@ -109,9 +109,9 @@ def test_one_viscous_mode_comes_back_exactly(through):
 )
 def test_neither_a_constant_remainder_nor_the_phase_of_a_mode_matters(zeta, f_n, constant, share):
     # mobility = mode with a complex constant + anything that is constant: the circle is shifted and turned, no more
-    omega = rb.radians(LINES)
-    mode = constant / (rb.radians(f_n) ** 2 - omega**2 + 2j * zeta * rb.radians(f_n) * omega)
-    diameter = abs(constant) / (2 * zeta * rb.radians(f_n))
+    omega = rb.from_hertz(LINES)
+    mode = constant / (rb.from_hertz(f_n) ** 2 - omega**2 + 2j * zeta * rb.from_hertz(f_n) * omega)
+    diameter = abs(constant) / (2 * zeta * rb.from_hertz(f_n))
     fit = circle_fit(
         LINES, mode + share * diameter / (1j * omega), band=(f_n * (1 - 3 * zeta) - 2, f_n * (1 + 3 * zeta) + 2)
     )
@@ -152,14 +152,14 @@ def test_the_half_power_points_lie_a_quarter_of_the_circle_from_resonance():
     assert high - low == pytest.approx(2 * ZETA * F_N, rel=1e-10)
     # there the mobility of one mode has fallen to 1/sqrt(2) of 1/c, 45 degrees before and behind
     for f, phase in ((low, 45), (high, -45)):
-        Y = 1j * rb.radians(f) * sdof.receptance(f, M, C, K)
+        Y = 1j * rb.from_hertz(f) * sdof.receptance(f, M, C, K)
         np.testing.assert_allclose(Y, np.exp(1j * np.radians(phase)) / (np.sqrt(2) * C), rtol=1e-9)
 
 
 def test_the_fitted_mobility_is_the_data_on_the_lines_that_were_used():
     fit = circle_fit(LINES, H, 100)
     used = slice(*fit.lines)
-    np.testing.assert_allclose(fit.mobility(LINES[used]), 1j * rb.radians(LINES[used]) * H[used], rtol=1e-9)
+    np.testing.assert_allclose(fit.mobility(LINES[used]), 1j * rb.from_hertz(LINES[used]) * H[used], rtol=1e-9)
 
 
 # --- which lines ---
@@ -173,7 +173,7 @@ def test_the_lines_reach_as_many_half_power_widths_to_either_side_as_width_says(
 
 
 def test_the_lines_end_at_the_valley_before_another_peak():
-    two = H + sdof.receptance(LINES, M, C, M * rb.radians(107.0) ** 2)
+    two = H + sdof.receptance(LINES, M, C, M * rb.from_hertz(107.0) ** 2)
     first, last = circle_fit(LINES, two, 100).lines
     between = (LINES > 100) & (LINES < 107)
     valley = LINES[between][np.abs(two[between]).argmin()]
@@ -208,13 +208,13 @@ def test_a_circle_with_noise_tells_so_and_is_right_on_average():
 
 def test_a_neighbour_shows_in_the_scatter():
     clean = circle_fit(LINES, H, 100)
-    two = H + sdof.receptance(LINES, M, C, M * rb.radians(112.0) ** 2)
+    two = H + sdof.receptance(LINES, M, C, M * rb.from_hertz(112.0) ** 2)
     assert circle_fit(LINES, two, 100).scatter > 1e-3 > 1e6 * clean.scatter
 
 
 def test_a_remainder_that_grows_along_the_lines_is_taken_out_with_slope():
     # a mode and receptance and mobility remainders of any phase, each a share of the peak; wide, so that they matter
-    omega = rb.radians(LINES)
+    omega = rb.from_hertz(LINES)
     other = 0.05 * np.abs(H).max() * (1 + 0.5j) + 0.03 / C * 1j / (1j * omega)
     plain, without = (circle_fit(LINES, H + other, 100, width=1.5, slope=slope) for slope in (False, True))
     errors = [abs(fit.damping / ZETA - 1) for fit in (plain, without)]
@@ -231,7 +231,7 @@ def test_a_remainder_that_grows_along_the_lines_is_taken_out_with_slope():
 
 
 def test_the_slope_saves_most_of_the_bias_on_the_foundation():
-    truth = rb.modal_foundation(np.full((4, 4), 0.1), rb.radians([160.0, 280.0, 344.0, 480.0]), np.full(4, 0.02))
+    truth = rb.modal_foundation(np.full((4, 4), 0.1), rb.from_hertz([160.0, 280.0, 344.0, 480.0]), np.full(4, 0.02))
     frf = truth.frf(LINES)
     for near in (160, 280, 344):
         plain, without = (circle_fit(LINES, frf.H[:, 0, 0], near, slope=slope) for slope in (False, True))
@@ -247,7 +247,7 @@ def test_the_slope_saves_most_of_the_bias_on_the_foundation():
 
 def test_modal_constants_of_a_column_are_the_products_of_the_shape():
     phi = np.array([[0.2], [0.001], [-0.1], [0.05]])
-    frf = rb.modal_foundation(phi, [rb.radians(F_N)], [ZETA]).frf(LINES)
+    frf = rb.modal_foundation(phi, [rb.from_hertz(F_N)], [ZETA]).frf(LINES)
     fit = circle_fit(LINES, frf.H[:, 0, 0], 100)
     np.testing.assert_allclose(
         modal_constants(LINES, frf.H[:, :, 0], fit), phi[:, 0] * phi[0, 0], rtol=1e-9, atol=1e-13
@@ -302,6 +302,6 @@ def test_a_width_of_nothing_and_a_matrix_are_errors():
 
 def test_a_line_at_zero_hertz_is_left_alone():
     lines = np.arange(0.0, 40.0, 0.5)
-    low = sdof.receptance(lines, 1.0, 2 * 0.3 * rb.radians(8.0), rb.radians(8.0) ** 2)
+    low = sdof.receptance(lines, 1.0, 2 * 0.3 * rb.from_hertz(8.0), rb.from_hertz(8.0) ** 2)
     assert circle_fit(lines, low, 7).damping == pytest.approx(0.3, rel=1e-9)
     assert circle_fit(lines, low, band=(0, 20)).lines[0] == 1

@@ -17,7 +17,7 @@ def problem(level, truth=None, seed=0):
     truth = truth or known()
     data, _ = lines_in(noisy(truth.frf(LINES), level, seed), BAND)
     poles = stable_poles(stabilisation(data))[0] if level else truth.modes().poles
-    return compressed(problem_of(rb.radians(data.frequency), data.H), poles, True, 1e-5), truth
+    return compressed(problem_of(rb.from_hertz(data.frequency), data.H), poles, True, 1e-5), truth
 
 
 @pytest.mark.parametrize("x", [np.arange(9.0), np.geomspace(3, 5, 23)])
@@ -67,7 +67,7 @@ def test_a_mode_that_no_pole_announces_is_not_smoothed_away():
     # 0.2 % at 300 Hz is narrower than three lines, and 480 and 640 Hz are unknown too
     truth = known([62.0, 300.0, 480.0, 640.0], [0.015, 0.002, 0.015, 0.015])
     data, _ = lines_in(noisy(truth.frf(LINES), 0.01), BAND)
-    lines = problem_of(rb.radians(data.frequency), data.H)
+    lines = problem_of(rb.from_hertz(data.frequency), data.H)
     few = compressed(lines, truth.modes().poles[:1], True, 1e-5).nodes
     true = truth.frf(rb.hertz(few.omega)).H[:, few.rows, few.columns].T
     error = np.abs(few.weight * (few.H - true)) ** 2
@@ -83,7 +83,7 @@ def test_a_pseudo_mode_beside_the_band_cannot_hide_between_the_nodes(place):
     omega = np.sqrt(np.diag(truth.K))
     state = State(truth.B, omega, np.diag(truth.C) / (2 * omega))
     shape = np.full((4, 1), 0.01)
-    more = state.joined(State(shape, np.array([rb.radians(place)]), np.array([0.01])))
+    more = state.joined(State(shape, np.array([rb.from_hertz(place)]), np.array([0.01])))
     over_lines, over_nodes = (cost(p, more) - cost(p, state) for p in (whole, whole.nodes))
     assert over_lines > 1
     assert over_nodes == pytest.approx(over_lines, rel=0.02)
@@ -92,7 +92,7 @@ def test_a_pseudo_mode_beside_the_band_cannot_hide_between_the_nodes(place):
 def test_few_lines_stay_as_they_are():
     truth = known([100.0, 250.0])
     frf = truth.frf(np.arange(25.0, 501.0, 25.0))
-    lines = problem_of(rb.radians(frf.frequency), frf.H)
+    lines = problem_of(rb.from_hertz(frf.frequency), frf.H)
     assert compressed(lines, truth.modes().poles, True, 1e-5).nodes is None
 
 
@@ -104,7 +104,7 @@ def test_known_errors_are_carried_to_the_nodes():
     e = rng.standard_normal((*clean.shape, 2)) @ [1, 1j] / np.sqrt(2)
     data, _ = lines_in(rb.FRF(LINES, clean + errors * e), BAND)
     errors = errors[: len(data.frequency)]
-    lines = problem_of(rb.radians(data.frequency), data.H, False, errors)
+    lines = problem_of(rb.from_hertz(data.frequency), data.H, False, errors)
     few = compressed(lines, truth.modes().poles, False, 1e-5).nodes
     true = truth.frf(rb.hertz(few.omega)).H[:, few.rows, few.columns].T
     # in standard deviations

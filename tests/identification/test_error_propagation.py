@@ -74,7 +74,7 @@ def test_a_critical_speed_moves_with_its_frequency(fit, machine):
         at = rb.error_bars(fit, machine, float(speed), above=1)
         k = np.abs(at.poles.imag - speed).argmin()
         _, turning = _slopes(fit, machine, float(speed), at.poles[k])
-        expected = rb.radians(at.frequency_deviation[k]) / abs(1 - turning.imag)
+        expected = rb.from_hertz(at.frequency_deviation[k]) / abs(1 - turning.imag)
         # the two poles agree to 1e-9; a covariance of condition 1e13 leaves three digits of that
         assert deviation == pytest.approx(expected, rel=0.01)
 

@@ -16,7 +16,7 @@ PHI = 0.1 * np.random.default_rng(1).standard_normal((4, 9))
 
 def known(f_n=F_N, zeta=ZETA):
     """Real modes that are known, with as many columns of PHI as there are frequencies."""
-    return rb.modal_foundation(PHI[:, : len(f_n)], rb.radians(f_n), np.broadcast_to(zeta, np.shape(f_n)))
+    return rb.modal_foundation(PHI[:, : len(f_n)], rb.from_hertz(f_n), np.broadcast_to(zeta, np.shape(f_n)))
 
 
 def noisy(frf, level, seed=0):
@@ -27,7 +27,7 @@ def noisy(frf, level, seed=0):
 
 def poles_of(f_n=F_N, zeta=ZETA):
     """-zeta omega + i omega sqrt(1 - zeta^2), written out once more."""
-    return rb.radians(f_n) * (-np.asarray(zeta) + 1j * np.sqrt(1 - np.asarray(zeta) ** 2))
+    return rb.from_hertz(f_n) * (-np.asarray(zeta) + 1j * np.sqrt(1 - np.asarray(zeta) ** 2))
 
 
 def passive_everywhere(foundation):
@@ -59,7 +59,7 @@ def test_the_three_parts_of_a_sum_are_told_apart():
     # H = modes - L/w^2 + U + V w^2, put together here by hand
     rng = np.random.default_rng(4)
     L, U, V = (scale * (A + A.T) for scale, A in zip((1e-3, 1e-8, 1e-17), rng.standard_normal((3, 4, 4)), strict=True))
-    w = rb.radians(LINES)[:, None, None]
+    w = rb.from_hertz(LINES)[:, None, None]
     fit = rb.identification.fit_residues(rb.FRF(LINES, known().frf(LINES).H - L / w**2 + U + V * w**2), poles_of())
     # each is one of seventeen columns; 1e-6 leaves room for how like the others they are
     for found, expected in ((fit.lower, L), (fit.upper[0], U), (fit.upper[1], V)):
@@ -69,7 +69,7 @@ def test_the_three_parts_of_a_sum_are_told_apart():
 def test_a_static_remainder_is_what_a_mode_far_above_gives():
     f_n = np.array([150.0, 480.0, 20000.0])
     fit = rb.identification.fit_residues(known(f_n, 0.01).frf(LINES), poles_of(f_n[:2], [0.01, 0.01]), upper=1)
-    spring = np.outer(PHI[:, 2], PHI[:, 2]) / rb.radians(20000.0) ** 2
+    spring = np.outer(PHI[:, 2], PHI[:, 2]) / rb.from_hertz(20000.0) ** 2
     # (1000 / 20000)^2 = 0.25 % is how far a constant is from such a mode
     np.testing.assert_allclose(fit.upper[0], spring, atol=5e-3 * np.abs(spring).max())
 
@@ -81,7 +81,7 @@ def test_two_terms_find_the_one_mode_above_the_band():
     ).foundation()
     # of the pseudo-modes, the one that gives way most; the others are what a series of three terms leaves
     own = np.sqrt(np.diag(made.K))
-    give = np.where(own > rb.radians(1000), np.linalg.norm(made.B, axis=0) / own, 0)
+    give = np.where(own > rb.from_hertz(1000), np.linalg.norm(made.B, axis=0) / own, 0)
     # the series runs in (f / 2500)^2, up to 0.16: its second coefficient is good to about 0.16^2
     assert abs(rb.hertz(own[give.argmax()]) / 2500 - 1) < 0.03
     # as good as three terms of that series
@@ -136,7 +136,7 @@ def test_the_misfit_of_each_frf_is_the_noise_that_was_put_on_it():
 
 def test_a_complex_mode_is_fitted_as_it_is_and_cut_with_a_note():
     turned = np.exp(0.2j) * np.outer(PHI[:, 0], PHI[:, 0])
-    w, pole = rb.radians(LINES), poles_of()[3]
+    w, pole = rb.from_hertz(LINES), poles_of()[3]
     R = turned / (2j * pole.imag)
     H = R / (1j * w - pole)[:, None, None] + R.conj() / (1j * w - pole.conj())[:, None, None]
     fit = rb.identification.fit_residues(rb.FRF(LINES, H), [pole])
@@ -149,7 +149,9 @@ def test_a_complex_mode_is_fitted_as_it_is_and_cut_with_a_note():
 
 def test_a_pole_whose_driving_points_give_energy_is_dropped_with_a_warning():
     # the second of three modes with its sign turned
-    one, two, three = (rb.modal_foundation(PHI[:, [r]], rb.radians(F_N[[r]]), ZETA[[r]]).frf(LINES).H for r in range(3))
+    one, two, three = (
+        rb.modal_foundation(PHI[:, [r]], rb.from_hertz(F_N[[r]]), ZETA[[r]]).frf(LINES).H for r in range(3)
+    )
     fit = rb.identification.fit_residues(rb.FRF(LINES, one - two + three), poles_of(F_N[:3], ZETA[:3]))
     made = fit.foundation()
     assert "the pole at 150 Hz was dropped" in " ".join(made.notes)

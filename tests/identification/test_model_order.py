@@ -15,7 +15,7 @@ from rbfound.identification.plscf import lines_in
 
 def problem(truth, level=0.01, seed=0):
     data, _ = lines_in(noisy(truth.frf(LINES), level, seed), BAND)
-    return compressed(problem_of(rb.radians(data.frequency), data.H), truth.modes().poles[:0], True, 1e-5)
+    return compressed(problem_of(rb.from_hertz(data.frequency), data.H), truth.modes().poles[:0], True, 1e-5)
 
 
 def of_the_band(state):
@@ -62,7 +62,7 @@ def test_the_band_keeps_its_edges():
 def test_of_a_held_mode_the_shape_alone_moves():
     truth = known()
     data, _ = lines_in(truth.frf(LINES), BAND)
-    lines = problem_of(rb.radians(data.frequency), data.H)
+    lines = problem_of(rb.from_hertz(data.frequency), data.H)
     omega = np.sqrt(np.diag(truth.K))
     true = State(truth.B, omega, np.diag(truth.C) / (2 * omega))
     start = State(true.Phi * 1.05, true.omega * 1.001, true.zeta * 1.05)
@@ -82,9 +82,9 @@ def test_a_pole_is_not_given_twice_and_no_start_is_worse_than_the_one_before():
     f = np.r_[rng.uniform(12, 28, 6), np.linspace(150, 950, 8) + rng.uniform(-40, 40, 8), rng.uniform(1050, 2000, 6)]
     zeta = np.r_[rng.uniform(0.15, 0.3, 6), rng.uniform(0.01, 0.03, 14)]
     Phi = np.hstack([0.03 * rng.standard_normal((4, 6)), 0.06 * rng.standard_normal((4, 14))])
-    truth = rb.modal_foundation(Phi, rb.radians(f), zeta)
+    truth = rb.modal_foundation(Phi, rb.from_hertz(f), zeta)
     data, _ = lines_in(noisy(truth.frf(np.arange(2.0, 1001.0, 2.0)), 0.05, 8), (6.0, 1000.0))
-    whole = problem_of(rb.radians(data.frequency), data.H)
+    whole = problem_of(rb.from_hertz(data.frequency), data.H)
     poles = truth.modes().above(150).below(1000).poles
     first, state = first_modes(whole, poles), started(whole, poles, 0.02, 16)
     assert cost(whole, state) <= cost(whole, first)

@@ -23,7 +23,7 @@ def drawn(seed, seats, alike, others, split=0.0):
     # shapes of modes that are alike are orthogonal: of others no data could tell how many there are
     like = np.linalg.qr(rng.standard_normal((seats, seats)))[0][:, :alike]
     Phi = 0.1 * np.hstack([like, rng.standard_normal((seats, others))])
-    return rb.modal_foundation(Phi, rb.radians(f), zeta, LABELS[:seats])
+    return rb.modal_foundation(Phi, rb.from_hertz(f), zeta, LABELS[:seats])
 
 
 def noisy(H, level, seed):

@@ -35,14 +35,14 @@ def solid(level=0.01, seed=17):
     """The problem, the true modes, and those of the band alone."""
     data, _ = lines_in(noisy(TRUTH.frf(LINES), level, seed), BAND)
     true = modes_of(TRUTH)
-    return problem_of(rb.radians(data.frequency), data.H), true, true.only(rb.hertz(true.omega) < BAND[1])
+    return problem_of(rb.from_hertz(data.frequency), data.H), true, true.only(rb.hertz(true.omega) < BAND[1])
 
 
 def test_no_residues_are_better_says_the_gap_to_the_dual():
     # at the best x the slope of each residue is a positive semidefinite matrix that is orthogonal to it; the traces of
     # their products bound what any other x could gain (Boyd and Vandenberghe, section 5.9)
     problem, _, own = solid()
-    places = rb.radians(np.array([6.0, 1050.0, 1200.0, 1500.0, 3000.0, 20000.0]))
+    places = rb.from_hertz(np.array([6.0, 1050.0, 1200.0, 1500.0, 3000.0, 20000.0]))
     A, b = bordered(problem, own, places, np.full(6, 0.02))
     gap = 1e-3
     x = _best(problem, A, b, 6, gap)
@@ -58,11 +58,11 @@ def test_no_residues_are_better_says_the_gap_to_the_dual():
 
 
 def test_at_one_seat_it_is_least_squares_with_positive_numbers():
-    truth = rb.modal_foundation([[0.1, 0.2, 0.3]], rb.radians(np.array([100.0, 700.0, 900.0])), [0.02] * 3, ("x1",))
+    truth = rb.modal_foundation([[0.1, 0.2, 0.3]], rb.from_hertz(np.array([100.0, 700.0, 900.0])), [0.02] * 3, ("x1",))
     data = noisy(truth.frf(np.arange(20.0, 500.0)), 0.01)
-    problem = problem_of(rb.radians(data.frequency), data.H)
+    problem = problem_of(rb.from_hertz(data.frequency), data.H)
     own = modes_of(truth).only(np.array([0]))
-    places = rb.radians(np.array([510.0, 600.0, 800.0, 1000.0, 4000.0]))
+    places = rb.from_hertz(np.array([510.0, 600.0, 800.0, 1000.0, 4000.0]))
     A, b = bordered(problem, own, places, np.full(5, 0.02))
     x = _best(problem, A, b, 5, 1e-4)
     # the steps of the mode may have either sign
@@ -80,9 +80,9 @@ def undamped(state, omega):
 
 def test_few_modes_answer_as_many_at_the_frequencies_they_were_made_for():
     rng = np.random.default_rng(0)
-    omega = np.repeat(rb.radians(np.linspace(1010, 5000, 10)), 4)
+    omega = np.repeat(rb.from_hertz(np.linspace(1010, 5000, 10)), 4)
     many = State(rng.standard_normal((4, 40)), omega, np.full(40, 0.02))
-    high = rb.radians(1000.0)
+    high = rb.from_hertz(1000.0)
     few = _few(many, high * np.array(SPARE), np.ones(4), 0.0)
     assert few.omega.shape == (4 * len(SPARE),)
     assert (few.omega > high).all()
@@ -99,9 +99,9 @@ def test_few_modes_answer_as_many_at_the_frequencies_they_were_made_for():
 
 def test_modes_are_left_out_that_do_less_than_what_counts():
     rng = np.random.default_rng(1)
-    omega = np.repeat(rb.radians(np.linspace(1010, 5000, 10)), 4)
+    omega = np.repeat(rb.from_hertz(np.linspace(1010, 5000, 10)), 4)
     many = State(rng.standard_normal((4, 40)), omega, np.full(40, 0.02))
-    high, unit = rb.radians(1000.0), np.array([1.0, 3.0, 0.1, 10.0])
+    high, unit = rb.from_hertz(1000.0), np.array([1.0, 3.0, 0.1, 10.0])
     whole = _few(many, high * np.array(SPARE), unit, 0.0)
     answers = np.hstack([(many.Phi / many.omega * unit[:, None] / (1 - (w * high / omega) ** 2)).T for w in SPARE])
     size = np.linalg.svd(answers, compute_uv=False)
@@ -118,10 +118,10 @@ def test_modes_are_left_out_that_do_less_than_what_counts():
 @pytest.mark.parametrize("seed", range(4))
 def test_one_mode_a_seat_is_a_short_way_from_the_truth_where_there_are_no_more(seed):
     shapes = 0.1 * np.random.default_rng(seed).standard_normal((4, 6))
-    omega = rb.radians(np.array([100.0, 600.0, 1150.0, 1500.0, 2100.0, 3000.0]))
+    omega = rb.from_hertz(np.array([100.0, 600.0, 1150.0, 1500.0, 2100.0, 3000.0]))
     truth = rb.modal_foundation(shapes, omega, [0.02] * 6)
     data = truth.frf(np.arange(20.0, 1000.5))
-    problem, true = problem_of(rb.radians(data.frequency), data.H), modes_of(truth)
+    problem, true = problem_of(rb.from_hertz(data.frequency), data.H), modes_of(truth)
     found = arranged(problem, true.only(np.arange(2)), 0.02, 1e-8, SCARCE)
     assert found.omega.shape == true.omega.shape
     _, left = refine(problem, found, small=1e-9, iterations=10)
@@ -155,9 +155,9 @@ def test_beside_no_mode_there_is_none():
 
 def test_for_too_many_seats_there_is_none():
     seats = 12
-    omega = rb.radians(np.linspace(100, 300, seats))
+    omega = rb.from_hertz(np.linspace(100, 300, seats))
     many = rb.modal_foundation(np.eye(seats), omega, [0.02] * seats, tuple("abcdefghijkl"))
     frf = many.frf(np.arange(20.0, 400.0, 5.0))
-    problem = problem_of(rb.radians(frf.frequency), frf.H)
+    problem = problem_of(rb.from_hertz(frf.frequency), frf.H)
     assert len(problem.rows) * 16 > MOST
     assert arranged(problem, modes_of(many), 0.02, 1e-6) is None

@@ -20,12 +20,12 @@ CLASSIC = {"relative": False, "leading": True, "iterations": 0}
 
 def known(modes=7):
     """The first few of seven real modes that are known."""
-    return rb.modal_foundation(PHI[:, :modes], rb.radians(F_N[:modes]), ZETA[:modes])
+    return rb.modal_foundation(PHI[:, :modes], rb.from_hertz(F_N[:modes]), ZETA[:modes])
 
 
 def poles_of(modes=7):
     """-zeta omega + i omega sqrt(1 - zeta^2), written out once more."""
-    return rb.radians(F_N[:modes]) * (-ZETA[:modes] + 1j * np.sqrt(1 - ZETA[:modes] ** 2))
+    return rb.from_hertz(F_N[:modes]) * (-ZETA[:modes] + 1j * np.sqrt(1 - ZETA[:modes] ** 2))
 
 
 def noisy(frf, level, seed=0):
@@ -222,7 +222,7 @@ def test_frfs_that_are_zero_are_an_error():
 # Partial fractions
 
 A = np.einsum("ir,jr->rij", PHI, PHI)
-OMEGA = rb.radians(F_N)
+OMEGA = rb.from_hertz(F_N)
 
 
 def test_equations_66_67_and_74_are_one_function():
@@ -231,15 +231,15 @@ def test_equations_66_67_and_74_are_one_function():
         expanded(A, OMEGA, ZETA).receptance(LINES), expected, rtol=0, atol=1e-13 * np.abs(expected).max()
     )
     # in units of s in which omega is about one
-    unit = rb.radians(500.0)
+    unit = rb.from_hertz(500.0)
     N, D = ratio(A / unit**2, OMEGA / unit, ZETA)
-    s = 1j * rb.radians(LINES) / unit
+    s = 1j * rb.from_hertz(LINES) / unit
     straight = np.polynomial.polynomial.polyval(s, N) / np.polynomial.polynomial.polyval(s, D)
     np.testing.assert_allclose(np.moveaxis(straight, -1, 0), expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
 def test_a_ratio_of_polynomials_comes_apart_into_the_modes_that_it_was_made_of():
-    unit = rb.radians(500.0)
+    unit = rb.from_hertz(500.0)
     parts = partial_fractions(*ratio(A, OMEGA / unit, ZETA))
     b1, b0, c, k = parts.blocks()
     # fourteen roots through power coefficients: five digits are lost
@@ -263,7 +263,7 @@ def test_equation_71_as_printed_is_not_the_mode_and_as_corrected_it_is():
 
 def test_free_motions_stand_apart_as_1_over_s_squared():
     parts = expanded(A[:3], OMEGA[:3], ZETA[:3], free=A[4])
-    unit = rb.radians(100.0)
+    unit = rb.from_hertz(100.0)
     N, D = ratio(A[:3], OMEGA[:3] / unit, ZETA[:3])
     # A4 / s^2 + N / D over s^2 D
     over = np.zeros((len(N) + 2, 4, 4))
@@ -281,7 +281,7 @@ def test_a_numerator_of_higher_degree_leaves_a_polynomial():
     np.testing.assert_allclose(parts.whole, [-1, 1], rtol=1e-14)
     b1, b0, c, k = parts.blocks()
     np.testing.assert_allclose([b1[0], b0[0], c[0], k[0]], [0, 3, 1, 1], atol=1e-14)
-    s = 1j * rb.radians(0.1)
+    s = 1j * rb.from_hertz(0.1)
     assert parts.receptance(0.1)[0] == pytest.approx((s**3 + 2) / (s**2 + s + 1), rel=1e-13)
 
 

@@ -104,7 +104,7 @@ def many_seats(count: int) -> tuple[Bench, np.ndarray]:
     Phi = 0.05 * np.ones((count, count))
     Phi[order, np.arange(count)] = 1.0
     labels = tuple(f"{axis}{k + 1}" for k in range(count // 2) for axis in "xy")
-    omega, zeta = rb.radians(100 + 40 * np.arange(count)), np.full(count, 0.01)
+    omega, zeta = rb.from_hertz(100 + 40 * np.arange(count)), np.full(count, 0.01)
     foundation = rb.foundation.modal_foundation(Phi, omega, zeta, labels)
     return bench_of(foundation.frf(np.arange(60.0, 140 + 40 * count, 0.5))), order
 

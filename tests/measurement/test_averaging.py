@@ -6,10 +6,10 @@ from scipy import signal
 
 from rbfound.foundation import modal_foundation
 from rbfound.measurement import USABLE, Blocks, spectra, virtual_test
-from rbfound.units import radians
+from rbfound.units import from_hertz
 
 RATE, SAMPLES = 512.0, 256
-OMEGA, ZETA = radians(np.array([40.0, 95.0])), np.array([0.02, 0.03])
+OMEGA, ZETA = from_hertz(np.array([40.0, 95.0])), np.array([0.02, 0.03])
 TRUTH = modal_foundation(0.1 * np.array([[1.0, 0.4], [0.3, -1.0]]), OMEGA, ZETA, ("x1", "y1"))
 
 
@@ -51,9 +51,9 @@ def test_spectra_are_those_of_scipy(hann):
     f, x = force.ravel(), response.ravel()
     lines = slice(1, 1 + len(S.frequency))
     h1 = (signal.csd(f, x, **options)[1] / signal.welch(f, **options)[1])[lines]
-    np.testing.assert_allclose(S.h1().H[:, 0, 0], -h1 / radians(S.frequency) ** 2, rtol=1e-10)
+    np.testing.assert_allclose(S.h1().H[:, 0, 0], -h1 / from_hertz(S.frequency) ** 2, rtol=1e-10)
     h2 = (signal.welch(x, **options)[1] / signal.csd(x, f, **options)[1])[lines]
-    np.testing.assert_allclose(S.h2().H[:, 0, 0], -h2 / radians(S.frequency) ** 2, rtol=1e-10)
+    np.testing.assert_allclose(S.h2().H[:, 0, 0], -h2 / from_hertz(S.frequency) ** 2, rtol=1e-10)
     np.testing.assert_allclose(S.coherence()[:, 0, 0], signal.coherence(f, x, **options)[1][lines], rtol=1e-10)
 
 

@@ -54,7 +54,9 @@ def test_the_noise_of_accelerations_is_told_line_by_line():
 def test_a_measured_set_needs_no_word_about_its_noise():
     # accelerometers with noise of their own, five blows: the noise is 0.3 % of |H| on peaks, all of it at 30 Hz
     truth = rb.modal_foundation(
-        0.1 * np.random.default_rng(1).standard_normal((4, 3)), rb.radians(np.array([120.0, 210.0, 330.0])), [0.02] * 3
+        0.1 * np.random.default_rng(1).standard_normal((4, 3)),
+        rb.from_hertz(np.array([120.0, 210.0, 330.0])),
+        [0.02] * 3,
     )
     for seed in range(3):
         S = averaging_module.spectra(

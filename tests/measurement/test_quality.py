@@ -8,7 +8,7 @@ from rbfound.measurement import averaging as averaging_module, virtual_test
 from rbfound.measurement.quality import _noise
 
 F = np.arange(5.0, 400.0, 0.5)
-OMEGA, ZETA = rb.radians(np.array([60.0, 130.0, 250.0])), np.array([0.02, 0.02, 0.015])
+OMEGA, ZETA = rb.from_hertz(np.array([60.0, 130.0, 250.0])), np.array([0.02, 0.02, 0.015])
 
 
 def sound_foundation(omega=OMEGA, zeta=ZETA):

@@ -9,7 +9,7 @@ import rbfound as rb
 from rbfound.measurement import spectra, virtual_test
 
 PHI = 0.1 * np.array([[1.0, 0.4, 0.2], [0.1, -1.0, 0.5], [0.8, 0.3, -0.9], [0.2, -0.6, -0.7]])
-OMEGA, ZETA = rb.radians(np.array([60.0, 130.0, 210.0])), np.array([0.02, 0.015, 0.02])
+OMEGA, ZETA = rb.from_hertz(np.array([60.0, 130.0, 210.0])), np.array([0.02, 0.015, 0.02])
 TRUTH = rb.modal_foundation(PHI, OMEGA, ZETA)
 RIG = {"rate": 640.0, "block": 4.0}
 

@@ -52,7 +52,7 @@ def test_an_unbalance_moves_the_tip_as_it_does_in_the_whole_machine(truth: rb.Fo
 
 def test_the_modes_below_the_limit_stay_as_they_are_and_the_static_answer_is_exact(truth: rb.Foundation) -> None:
     light = reduced_foundation(truth, 1000.0)
-    own = int((np.sqrt(np.diag(truth.K)) < rb.radians(1000.0)).sum())
+    own = int((np.sqrt(np.diag(truth.K)) < rb.from_hertz(1000.0)).sum())
     assert own < len(light.M) < len(truth.M)
     np.testing.assert_allclose(light.modes().poles[:own], truth.modes().poles[:own], rtol=1e-9)
     np.testing.assert_allclose(np.abs(light.B[:, :own]), np.abs(truth.B[:, :own]), atol=1e-9 * np.abs(truth.B).max())

@@ -40,7 +40,7 @@ def test_guyan_is_equation_16() -> None:
 
 def test_dynamic_reduction_is_equation_18() -> None:
     reduction = rb.theory.dynamic_reduction(*UNDAMPED, SEATS, 30.0)
-    D = CHAIN.K - rb.radians(30.0) ** 2 * CHAIN.M
+    D = CHAIN.K - rb.from_hertz(30.0) ** 2 * CHAIN.M
     slaves = np.delete(np.arange(N), SEATS)
     expected = -linalg.solve(D[np.ix_(slaves, slaves)], D[np.ix_(slaves, SEATS)])
     np.testing.assert_allclose(reduction.T[slaves], expected, atol=1e-10)
@@ -74,7 +74,7 @@ def test_dynamic_reduction_is_exact_at_its_frequency_and_guyan_at_0_hz_to_second
     reduction = METHODS["dynamic"](*UNDAMPED, SEATS)
     np.testing.assert_allclose(reduction.receptance(at), full(at, undamped), rtol=1e-9)
     # the error grows with the square of omega^2 - omega_0^2: a hundredth of the distance, a ten-thousandth of it
-    for r, centre in ((reduction, rb.radians(at) ** 2), (rb.theory.guyan(*UNDAMPED, SEATS), 0.0)):
+    for r, centre in ((reduction, rb.from_hertz(at) ** 2), (rb.theory.guyan(*UNDAMPED, SEATS), 0.0)):
         step = 0.02 * OMEGA[0] ** 2
         near, far = (rb.hertz(np.sqrt(centre + step * part)) for part in (0.1, 1.0))
         errors = [np.abs(np.linalg.inv(r.receptance(f)) - np.linalg.inv(full(f, undamped))).max() for f in (near, far)]

@@ -25,7 +25,7 @@ def test_each_frequency_is_paired_once_and_what_has_no_partner_is_missing():
 def test_from_exact_data_the_good_methods_lead_to_the_reference_model():
     # the fit of all modes and the FRFs themselves are exact but for what lies above the data (0.05 %)
     methods = usual_methods([100, 200, 100, 200], [100, 200, 300, 400], (20.0, 600.0), 4)
-    truth = method_result("truth", ROTOR, BEARINGS, TRUTH, rb.radians(SPEEDS), UNBALANCE, BAND)
+    truth = method_result("truth", ROTOR, BEARINGS, TRUTH, rb.from_hertz(SPEEDS), UNBALANCE, BAND)
     results = compare_methods(methods, TRUTH.frf(LINES), ROTOR, BEARINGS, SPEEDS, UNBALANCE, BAND)
     ways = {result.name: result for result in results}
     assert list(ways) == ["PMSM, thesis", "PMSM, distinct", "RFP", "LSCF", "identify", "FRFs line by line"]

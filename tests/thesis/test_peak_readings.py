@@ -9,7 +9,7 @@ from rbfound.thesis import reading_errors, readings
 from rbfound.thesis.peak_readings import METHODS, Reading, by_circle, by_half_power, by_parts
 
 M, F_N, ZETA = 2.0, 100.0, 0.02
-K = M * rb.radians(F_N) ** 2
+K = M * rb.from_hertz(F_N) ** 2
 C = 2 * ZETA * np.sqrt(K * M)
 LINES = np.arange(50.0, 150.0, 0.02)
 H = sdof.receptance(LINES, M, C, K)
