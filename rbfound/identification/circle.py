@@ -117,7 +117,7 @@ class CircleFit:
     slope: complex = 0j
 
     @property
-    def frequency(self) -> float:
+    def natural_frequency(self) -> float:
         """Undamped natural frequency [Hz]."""
         return float(hertz(self.omega))
 
@@ -144,7 +144,7 @@ class CircleFit:
     @property
     def half_power(self) -> tuple[float, float]:
         """Frequencies [Hz] a quarter of the circle before and behind resonance; 2 zeta f apart."""
-        low, high = (self.frequency * (np.sqrt(1 + self.zeta**2) + side * self.zeta) for side in (-1, 1))
+        low, high = (self.natural_frequency * (np.sqrt(1 + self.zeta**2) + side * self.zeta) for side in (-1, 1))
         return float(low), float(high)
 
     def mobility(self, frequency: ArrayLike) -> Complex:
@@ -217,8 +217,8 @@ def circle_fit(
             return fit
     if slope:
         raise ValueError(
-            f"{name}: after {ROUNDS} rounds the damping ratio at {fit.frequency:.4g} Hz still moves, {fit.zeta:.3g}: "
-            "these lines do not tell a slope from the mode; use more of them, or slope=False."
+            f"{name}: after {ROUNDS} rounds the damping ratio at {fit.natural_frequency:.4g} Hz still moves, "
+            f"{fit.zeta:.3g}: these lines do not tell a slope from the mode; use more of them, or slope=False."
         )
     return fit
 

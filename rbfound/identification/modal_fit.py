@@ -116,7 +116,7 @@ class ModalFit:
         return np.diag(own) if self.coupling is None else np.sqrt(own)[:, None] * self.coupling * np.sqrt(own)
 
     @property
-    def frequency(self) -> Array:
+    def natural_frequency(self) -> Array:
         """Undamped natural frequencies [Hz], (m,)."""
         return np.asarray(hertz(self.omega))
 
@@ -354,7 +354,7 @@ def _notes(fit: ModalFit) -> tuple[str, ...]:
     worst = np.unravel_index(fit.misfit.argmax(), fit.misfit.shape)
     frequency, damping = fit.deviation
     modes = ", ".join(
-        f"{fit.frequency[k]:.4g} Hz {100 * fit.zeta[k]:.3g} %{' (unsure)' if fit.unsure[k] else ''}"
+        f"{fit.natural_frequency[k]:.4g} Hz {100 * fit.zeta[k]:.3g} %{' (unsure)' if fit.unsure[k] else ''}"
         for k in np.flatnonzero(fit.inside)
     )
     notes = [
@@ -379,7 +379,7 @@ def _notes(fit: ModalFit) -> tuple[str, ...]:
             "Warning: the misfit is larger than the noise: the data are not those of real modes, or modes are missing."
         )
     notes += [
-        f"Warning: the mode at {fit.frequency[k]:.4g} Hz is unsure: its frequency is known to "
+        f"Warning: the mode at {fit.natural_frequency[k]:.4g} Hz is unsure: its frequency is known to "
         f"{100 * frequency[k]:.2g} %, its damping to {100 * damping[k]:.2g} % (standard deviations)."
         for k in np.flatnonzero(fit.unsure)
     ]

@@ -65,7 +65,7 @@ class Stabilisation:
         return np.unique(self.order)
 
     @property
-    def frequency(self) -> Array:
+    def natural_frequency(self) -> Array:
         """|lambda| / 2 pi of each pole [Hz], (p,)."""
         return np.asarray(hertz(np.abs(self.poles)))
 
@@ -324,5 +324,5 @@ def _chains(chart: Stabilisation) -> list[list[int]]:
 
 
 def _same(chart: Stabilisation, a: int, b: int, spaces: list[Complex]) -> bool:
-    close = abs(chart.frequency[a] - chart.frequency[b]) < FREQUENCY * chart.frequency[a]
+    close = abs(chart.natural_frequency[a] - chart.natural_frequency[b]) < FREQUENCY * chart.natural_frequency[a]
     return bool(close and _likeness(chart.participation[a], spaces[b]) > PARTICIPATION)

@@ -217,7 +217,7 @@ def _from_circles(frf: FRF, near: Sequence[float] | Peaks, interpolate: bool) ->
         for j, f in enumerate(near)
     ]
     columns = [modal_constants(frf.frequency, frf.H[:, :, j], fit) for j, fit in enumerate(fits)]
-    chosen = Peaks(np.array([fit.frequency for fit in fits]), np.array([fit.damping for fit in fits]))
+    chosen = Peaks(np.array([fit.natural_frequency for fit in fits]), np.array([fit.damping for fit in fits]))
     return chosen, np.column_stack(columns)
 
 

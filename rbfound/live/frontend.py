@@ -120,8 +120,8 @@ def _fit(fit: ModalFit) -> dict[str, Any]:
         "noise": scale * fit.noise,
         # beyond this it is an error of the model, see the notes of a fit
         "much": scale * 1.5 * max(fit.noise, 1e-3 * fit.relative),
-        "modes": [[float(fit.frequency[k]), 100 * float(fit.zeta[k]), bool(fit.unsure[k])] for k in own],
-        "residual": fit.frequency[~fit.inside].tolist(),
+        "modes": [[float(fit.natural_frequency[k]), 100 * float(fit.zeta[k]), bool(fit.unsure[k])] for k in own],
+        "residual": fit.natural_frequency[~fit.inside].tolist(),
         "band": list(fit.band),
     }
 

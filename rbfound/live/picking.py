@@ -178,7 +178,7 @@ def _identified(bench: Bench) -> Picked:
     alone, under = bench.frequencies(foundation)
     return Picked(
         "identify",
-        Peaks(fit.frequency[own], fit.zeta[own]),
+        Peaks(fit.natural_frequency[own], fit.zeta[own]),
         ("",) * int(own.sum()),
         (),
         fit.Phi[:, own],
@@ -186,7 +186,7 @@ def _identified(bench: Bench) -> Picked:
         fit.omega,
         fit.zeta,
         fit.Phi,
-        _nearest(alone, fit.frequency[own]),
+        _nearest(alone, fit.natural_frequency[own]),
         under,
     )
 

@@ -117,14 +117,14 @@ def parts(frequency: ArrayLike, H: ArrayLike, fit: CircleFit, width: float = 3.0
     """Real and imaginary part of a receptance [m/N], `width` half-power widths to either side of a fitted mode."""
     f, H = np.asarray(frequency, dtype=float), np.asarray(H)
     low, high = fit.half_power
-    near = np.abs(f - fit.frequency) <= width * (high - low)
+    near = np.abs(f - fit.natural_frequency) <= width * (high - low)
     fine = np.linspace(f[near][0], f[near][-1], 400)
     curve = fit.mobility(fine) / (1j * from_hertz(fine))
     _, axes = plt.subplots(2, 1, sharex=True, figsize=(7.2, 4.6))
     for ax, part, name in zip(axes, (np.real, np.imag), ("Re H", "Im H"), strict=True):
         ax.plot(fine, part(curve), color=BLUE, label="fitted circle", zorder=3)
         ax.plot(f[near], part(H[near]), "o", color="#888888", markersize=3.5, label="lines")
-        ax.axvline(fit.frequency, color=RED, ls="--", lw=1.2, label="natural frequency")
+        ax.axvline(fit.natural_frequency, color=RED, ls="--", lw=1.2, label="natural frequency")
         for k, edge in enumerate((low, high)):
             ax.axvline(edge, color=BLACK, ls=":", lw=1.0, label="half-power points" if k == 0 else None)
         ax.axhline(0, color=BLACK, lw=0.6)
@@ -195,7 +195,7 @@ def stabilisation_chart(chart: Stabilisation, frf: FRF, picked: ArrayLike = ()) 
         ("all three", chart.stable, {"marker": "o", "color": BLACK, "ms": 4.5}),
     )
     for name, which, look in kinds:
-        ax.plot(chart.frequency[which], chart.order[which], ls="", label=name, **look)
+        ax.plot(chart.natural_frequency[which], chart.order[which], ls="", label=name, **look)
     for f in hertz(np.abs(np.asarray(picked))):
         ax.axvline(f, color=BLACK, lw=0.8, ls=":", zorder=0.5)
     low, high = frf.frequency[[0, -1]]

@@ -78,7 +78,7 @@ class Reduction:
         return replace(self, C=(MQ * (2 * zeta * np.sqrt(np.maximum(squares, 0)))) @ MQ.T)
 
     @property
-    def frequency(self) -> Array:
+    def natural_frequency(self) -> Array:
         """Undamped natural frequencies [Hz], (r,), ascending."""
         squares = linalg.eigh(self.K, self.M, eigvals_only=True)
         return np.asarray(hertz(np.sqrt(np.maximum(squares, 0))))

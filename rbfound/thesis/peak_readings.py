@@ -67,7 +67,7 @@ def by_half_power(frequency: ArrayLike, H: ArrayLike, near: float, interpolate: 
 def by_circle(frequency: ArrayLike, H: ArrayLike, near: float, slope: bool = False) -> Reading:
     """The circle of the mobility: `rbfound.identification.circle_fit`; with `slope` over half as many lines again."""
     fit = circle_fit(frequency, H, near, width=1.5 if slope else 1.0, slope=slope)
-    return Reading(fit.frequency, fit.damping, fit.constant.real)
+    return Reading(fit.natural_frequency, fit.damping, fit.constant.real)
 
 
 METHODS: Mapping[str, Callable[[ArrayLike, ArrayLike, float], Reading]] = {

@@ -89,7 +89,7 @@ def test_a_straight_line_is_no_circle():
 @pytest.mark.parametrize("through", [kasa, taubin])
 def test_one_viscous_mode_comes_back_exactly(through):
     fit = circle_fit(LINES, H, 100, through=through)
-    assert fit.frequency == pytest.approx(F_N, rel=1e-11)
+    assert fit.natural_frequency == pytest.approx(F_N, rel=1e-11)
     assert fit.damping == pytest.approx(ZETA, rel=1e-11)
     assert fit.constant == pytest.approx(1 / M, rel=1e-11)
     # the diameter is 1/c on the real axis: at resonance the damper alone holds the mass
@@ -115,7 +115,7 @@ def test_neither_a_constant_remainder_nor_the_phase_of_a_mode_matters(zeta, f_n,
     fit = circle_fit(
         LINES, mode + share * diameter / (1j * omega), band=(f_n * (1 - 3 * zeta) - 2, f_n * (1 + 3 * zeta) + 2)
     )
-    assert fit.frequency == pytest.approx(f_n, rel=1e-8)
+    assert fit.natural_frequency == pytest.approx(f_n, rel=1e-8)
     assert fit.damping == pytest.approx(zeta, rel=1e-7)
     assert fit.constant == pytest.approx(constant, rel=1e-7)
     assert fit.remainder == pytest.approx(share * diameter, rel=1e-6, abs=1e-6 * diameter)
@@ -135,7 +135,7 @@ def test_lines_as_far_apart_as_three_half_power_widths_are_enough_for_one_mode()
     coarse = np.arange(4.0, 400.0, 12.0)
     fit = circle_fit(coarse, sdof.receptance(coarse, M, C, K), 100)
     assert fit.lines[1] - fit.lines[0] == 5
-    assert fit.frequency == pytest.approx(F_N, rel=1e-9)
+    assert fit.natural_frequency == pytest.approx(F_N, rel=1e-9)
     assert fit.damping == pytest.approx(ZETA, rel=1e-9)
 
 
@@ -187,7 +187,7 @@ def test_the_nearest_peak_is_taken_and_the_ripples_of_noise_are_not():
     for near, f in ((95, F_N), (108, F_N), (190, 2 * F_N), (215, 2 * F_N)):
         noisy = two * (1 + 0.05 * (rng.standard_normal(len(H)) + 1j * rng.standard_normal(len(H))) / np.sqrt(2))
         # frequency to a tenth of the half-width of 2 %
-        assert circle_fit(LINES, noisy, near).frequency == pytest.approx(f, rel=2e-3)
+        assert circle_fit(LINES, noisy, near).natural_frequency == pytest.approx(f, rel=2e-3)
 
 
 def test_a_circle_with_noise_tells_so_and_is_right_on_average():
@@ -196,7 +196,7 @@ def test_a_circle_with_noise_tells_so_and_is_right_on_average():
     noise = 0.01 * (rng.standard_normal((60, len(H))) + 1j * rng.standard_normal((60, len(H)))) / np.sqrt(2)
     fits = [circle_fit(LINES, H * (1 + n), 100) for n in noise]
     damping = np.array([fit.damping for fit in fits])
-    frequency = np.array([fit.frequency for fit in fits])
+    frequency = np.array([fit.natural_frequency for fit in fits])
     # one real component of the noise is 0.7 % of |Y|, 1 to 1.4 % of a radius on most of the arc
     assert 0.005 < np.median([fit.scatter for fit in fits]) < 0.015
     assert np.median([fit.spread for fit in fits]) > 0.005
@@ -221,7 +221,7 @@ def test_a_remainder_that_grows_along_the_lines_is_taken_out_with_slope():
     # the rounds end with changes of 1e-5 that halve each time
     assert errors[1] < 1e-4 < 4e-3 < errors[0]
     assert without.constant == pytest.approx(1 / M, rel=1e-4)
-    assert without.frequency == pytest.approx(F_N, rel=1e-5)
+    assert without.natural_frequency == pytest.approx(F_N, rel=1e-5)
     # i w R = i omega R + i omega R (w - omega) / omega
     expected = 1j * without.omega * 0.05 * np.abs(H).max() * (1 + 0.5j)
     # small beside the mode: less sure than the damping

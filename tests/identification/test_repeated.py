@@ -34,7 +34,7 @@ def noisy(H, level, seed):
 def fitted(H, seats):
     """Frequencies [Hz] in the band, ascending, and the fitted FRFs."""
     fit = rb.fit_modes(rb.FRF(LINES, H, LABELS[:seats]))
-    return np.sort(fit.frequency[fit.inside]), fit.foundation().frf(LINES).H
+    return np.sort(fit.natural_frequency[fit.inside]), fit.foundation().frf(LINES).H
 
 
 def off(H, true):

@@ -156,7 +156,7 @@ def test_modes_of_the_band_are_listed_and_residual_modes_are_not_among_them(coar
     fit, said = coarse.fit, told["fit"]
     own = fit.inside
     assert len(said["modes"]) + len(said["residual"]) == len(fit.omega) > len(said["modes"])
-    np.testing.assert_allclose([mode[0] for mode in said["modes"]], fit.frequency[own])
+    np.testing.assert_allclose([mode[0] for mode in said["modes"]], fit.natural_frequency[own])
     np.testing.assert_allclose([mode[1] for mode in said["modes"]], 100 * fit.zeta[own])
     np.testing.assert_allclose(said["misfit"], 100 * fit.misfit)
     # the damped frequencies of the foundation, without those of residual modes

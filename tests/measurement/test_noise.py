@@ -65,7 +65,7 @@ def test_a_measured_set_needs_no_word_about_its_noise():
         fit = rb.fit_modes(S.h1(), band=(20, 400))
         # below 30 Hz noise is larger than |H|: what may be found there besides is unsure, and says so
         sure = fit.inside & ~fit.unsure
-        np.testing.assert_allclose(fit.frequency[sure], [120, 210, 330], rtol=2e-3)
+        np.testing.assert_allclose(fit.natural_frequency[sure], [120, 210, 330], rtol=2e-3)
         assert fit.told is not None
         assert any("not in proportion to |H|" in note for note in fit.foundation().notes)
         # as with the errors that the coherence tells: both know each mode as well as they say

@@ -336,7 +336,7 @@ def test_a_method_chosen_brings_its_peaks_and_identify_needs_none(stage: Stage) 
     assert stage.result()["condition"] < 2
     method.select_option("identify")
     stage.settle()
-    assert stage.handles.count() == len(stage.bench.fit.frequency[stage.bench.fit.inside])
+    assert stage.handles.count() == len(stage.bench.fit.natural_frequency[stage.bench.fit.inside])
     before = stage.result()
     stage.handles.nth(0).focus()
     stage.page.keyboard.press("ArrowRight")

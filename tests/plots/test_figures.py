@@ -109,14 +109,17 @@ FIGURES = {
     "parts": lambda: (
         [LINES, frf().H[:, 0, 0], fit()],
         {},
-        [([fit().frequency] * 2, [0, 1])],
+        [([fit().natural_frequency] * 2, [0, 1])],
         ["fitted circle", "half-power points"],
     ),
     "nyquist": lambda: ([LINES, frf().H[:, 0, 0], fit()], {}, [([0], [0])], [f"{rb.hertz(fit().omega):.1f} Hz"]),
     "stabilisation_chart": lambda: (
         [chart(), frf(), stable_poles(chart())[0]],
         {},
-        [(LINES, mode_indicator(frf())[:, 0]), (chart().frequency[chart().stable], chart().order[chart().stable])],
+        [
+            (LINES, mode_indicator(frf())[:, 0]),
+            (chart().natural_frequency[chart().stable], chart().order[chart().stable]),
+        ],
         ["all three"],
     ),
     "polynomials": lambda: ([X, {"a": [0 * X + 2, 4j * X]}], {}, [(X, 0 * X + 1), (X, X / 2)], ["a", "0", "1"]),

@@ -111,7 +111,7 @@ def test_craig_bampton_without_modes_is_guyan_and_its_first_coordinates_are_the_
 
 def test_modes_keep_their_frequencies() -> None:
     r = METHODS["modal"](*UNDAMPED, SEATS)
-    np.testing.assert_allclose(r.frequency, rb.hertz(OMEGA[:5]), rtol=1e-10)
+    np.testing.assert_allclose(r.natural_frequency, rb.hertz(OMEGA[:5]), rtol=1e-10)
     r = METHODS["modal and static"](*UNDAMPED, SEATS)
     np.testing.assert_allclose(rb.theory.normal_modes(r.M, r.K)[0][:5], OMEGA[:5], rtol=1e-9)
 
@@ -157,11 +157,11 @@ def test_any_number_of_modes_up_to_all_may_be_kept_and_cut_down_again(name: str,
     method, most, static = getattr(rb.theory, name), *{"craig_bampton": (N - 2, 2), "modal_reduction": (N, 0)}[name]
     M, K = as_given(CHAIN.M), as_given(CHAIN.K)
     whole = method(M, None, K, SEATS, most)
-    np.testing.assert_allclose(whole.frequency, rb.hertz(OMEGA), rtol=1e-9)
+    np.testing.assert_allclose(whole.natural_frequency, rb.hertz(OMEGA), rtol=1e-9)
     for modes in range(1, most):
         few = method(M, None, K, SEATS, modes)
         cut = whole.first(static + modes)
-        np.testing.assert_allclose(cut.frequency, few.frequency, rtol=1e-9)
+        np.testing.assert_allclose(cut.natural_frequency, few.natural_frequency, rtol=1e-9)
         np.testing.assert_allclose(cut.receptance([0.0, 50.0]), few.receptance([0.0, 50.0]), rtol=1e-8)
     with pytest.raises(ValueError, match=f"modes = {most + 1}"):
         method(M, None, K, SEATS, most + 1)
@@ -240,7 +240,7 @@ def test_on_a_solid_completed_modes_are_ritzs_method_with_one_block() -> None:
     held = rb.theory.craig_bampton(body.M, None, body.K, body.B, 6)
     # Lanczos stops at the accuracy of the arithmetic: the seats of its shapes do not move
     np.testing.assert_allclose(held.B, np.eye(4, 10), atol=1e-9)
-    assert (held.frequency[:6] >= r.frequency[:6] * (1 - 1e-9)).all()
+    assert (held.natural_frequency[:6] >= r.natural_frequency[:6] * (1 - 1e-9)).all()
 
 
 def test_what_a_user_can_get_wrong_is_said() -> None:
