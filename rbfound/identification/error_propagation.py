@@ -219,8 +219,8 @@ def without_window(fit: ModalFit, decay: float) -> ModalFit:
     if (rest[own] <= 0).any():
         k = np.flatnonzero(own & (rest <= 0))[0]
         raise ValueError(
-            f"The mode at {fit.natural_frequency[k]:.4g} Hz decays with {fit.zeta[k] * was[k]:.3g} 1/s, the window alone "
-            f"with {decay:g} 1/s: no damping would be left. Was this window on the data?"
+            f"The mode at {fit.natural_frequency[k]:.4g} Hz decays with {fit.zeta[k] * was[k]:.3g} 1/s, the window "
+            f"alone with {decay:g} 1/s: no damping would be left. Was this window on the data?"
         )
     omega = np.where(own, np.sqrt(was**2 - 2 * fit.zeta * was * decay + decay**2), was)
     zeta = np.where(own, rest / omega, fit.zeta)
