@@ -14,6 +14,7 @@ from scipy.optimize import linear_sum_assignment
 
 from rbfound.banded import SIZES, SmallModel, complete, refined, small_model
 from rbfound.machine import Machine
+from rbfound.parallel import one_thread
 from rbfound.system import LOST, ZERO_POLE, Modes, System
 from rbfound.units import from_hertz, hertz, rpm
 
@@ -114,6 +115,7 @@ class Campbell:
             out[branch] = self.machine.at(float(self.speeds[k])).growth(pole) > EXACT * abs(pole)
         return out
 
+    @one_thread
     def critical_speeds(self, order: float = 1.0) -> CriticalSpeeds:
         """Every speed of the range at which a natural frequency is `order` times the speed of rotation.
 
@@ -135,6 +137,7 @@ class Campbell:
         return next(found for found in (_critical_speeds(m, order) for m in chain(known, models)) if found is not None)
 
 
+@one_thread
 def campbell(machine: Spinning, speeds: ArrayLike, count: int = 12, above: float = 1.0) -> Campbell:
     """Campbell diagram of a machine.
 

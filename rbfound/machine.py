@@ -11,6 +11,7 @@ from scipy import linalg
 from rbfound.banded import Banded, band_of
 from rbfound.foundation import Foundation
 from rbfound.frf import FRF
+from rbfound.parallel import one_thread
 from rbfound.rotor import Bearing, Mesh, Rotor, assemble
 from rbfound.system import Modes, System
 from rbfound.units import from_hertz
@@ -49,6 +50,7 @@ class Machine:
         """The machine as a band with a border, solved in a time proportional to its nodes; None if it is none."""
         return band_of((self.M, self.C, self.K, self.G), len(self.mesh.M))
 
+    @one_thread
     def responses(self, omega: Array, speeds: Array, force: Complex) -> Complex:
         """Steady motion under harmonic forces, line by line: (lines, n) complex [m].
 
@@ -70,6 +72,7 @@ class Machine:
             out[k] = self.at(float(speeds[k])).solve(float(omega[k]), force[k])
         return out
 
+    @one_thread
     def frf(self, frequency: ArrayLike, coordinates: Mapping[str, int], speed: float = 0.0) -> FRF:
         """Receptances between some coordinates: each line [Hz] solved exactly.
 

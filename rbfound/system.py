@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg
 
+from rbfound.parallel import one_thread
 from rbfound.units import from_hertz, hertz
 
 Array = NDArray[np.float64]
@@ -117,6 +118,7 @@ class System:
         n = len(L)
         return np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]]), L
 
+    @one_thread
     def modes(self) -> Modes:
         """All damped modes, from the eigenvalues of the real state matrix; see `Modes` for what is returned.
 
@@ -198,6 +200,7 @@ class System:
                 "better left out."
             )
 
+    @one_thread
     def receptance(self, frequency: ArrayLike, outputs: Array | None = None, inputs: Array | None = None) -> Complex:
         """Displacement for a unit force, H = outputs (K + i omega (C + G) - omega^2 M)^-1 inputs.
 

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rbfound.campbell_diagram import Spinning
 from rbfound.machine import Machine
+from rbfound.parallel import one_thread
 
 Array = NDArray[np.float64]
 
@@ -175,6 +176,7 @@ class Shafted(Spinning, Placed, Protocol):
     """Both: it can be swept, and be asked for a place."""
 
 
+@one_thread
 def unbalance_response(machine: Shafted, speeds: ArrayLike, unbalance: Mapping[float, complex]) -> Complex:
     """Steady response to unbalances, every coordinate of the machine: (speeds, n) complex [m].
 

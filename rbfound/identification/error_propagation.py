@@ -27,7 +27,7 @@ from rbfound.files import read_arrays, replaced
 from rbfound.frf import FRF
 from rbfound.identification.modal_fit import ModalFit, fit_modes
 from rbfound.machine import Machine, mount
-from rbfound.parallel import run
+from rbfound.parallel import one_thread, run
 from rbfound.rotor import Bearing, Rotor
 from rbfound.units import hertz
 
@@ -80,6 +80,7 @@ class CriticalBars:
         return self.speed - half, self.speed + half
 
 
+@one_thread
 def error_bars(
     fit: ModalFit, machine: Machine, speed: float = 0.0, *, above: float = 1.0, below: float = np.inf
 ) -> ErrorBars:
@@ -103,6 +104,7 @@ def error_bars(
     return _bars(fit, machine, speed, modes.poles)
 
 
+@one_thread
 def campbell_bars(fit: ModalFit, diagram: Campbell) -> ErrorBars:
     """Error bars of each point of a Campbell diagram, (speeds, m), whose machine stands on an identified foundation.
 
@@ -118,6 +120,7 @@ def campbell_bars(fit: ModalFit, diagram: Campbell) -> ErrorBars:
     return ErrorBars(diagram.poles, *deviations)
 
 
+@one_thread
 def critical_bars(fit: ModalFit, diagram: Campbell) -> CriticalBars:
     """Error bars of the critical speeds of a Campbell diagram.
 
@@ -133,6 +136,7 @@ def critical_bars(fit: ModalFit, diagram: Campbell) -> CriticalBars:
     return CriticalBars(critical.speed, deviation)
 
 
+@one_thread
 def monte_carlo(
     fit: ModalFit,
     frequency: ArrayLike,

@@ -17,6 +17,7 @@ from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF, SEATS
 from rbfound.identification.least_squares import Problem, State, compliance, problem_of
 from rbfound.identification.plscf import ALIKE, groups_of, lines_in, stabilisation, stable_poles
+from rbfound.parallel import one_thread
 from rbfound.units import from_hertz, hertz
 
 Array = NDArray[np.float64]
@@ -174,6 +175,7 @@ class Residues:
         return tuple(notes)
 
 
+@one_thread
 def fit_residues(
     frf: FRF,
     poles: ArrayLike,
@@ -239,6 +241,7 @@ def fit_residues(
     return Residues(poles, R, below, fit.upper, misfit, band, part.labels, relative)
 
 
+@one_thread
 def lscf(
     frf: FRF,
     *,

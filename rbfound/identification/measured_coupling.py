@@ -21,6 +21,7 @@ from scipy import linalg
 from rbfound.frf import FRF
 from rbfound.identification.plscf import largest_order, lines_in, stabilisation, stable_poles
 from rbfound.machine import Machine, check_seats, mount
+from rbfound.parallel import one_thread
 from rbfound.rotor import Bearing, Rotor
 from rbfound.unbalance import unbalance_force
 from rbfound.units import from_hertz, hertz, rpm
@@ -127,6 +128,7 @@ def mount_measured(rotor: Rotor, bearings: Mapping[float, Bearing], on: FRF) -> 
     return MeasuredMachine(rotor, grounded, on)
 
 
+@one_thread
 def unbalance_on_lines(
     machine: MeasuredMachine,
     speeds: ArrayLike | None,
@@ -163,6 +165,7 @@ def unbalance_on_lines(
     return response
 
 
+@one_thread
 def coupled_poles(machine: MeasuredMachine, speed: float = 0.0, band: tuple[float, float] | None = None) -> Complex:
     """Poles of the machine within the data's band, (m,) complex [rad/s], ascending.
 
@@ -189,6 +192,7 @@ def coupled_poles(machine: MeasuredMachine, speed: float = 0.0, band: tuple[floa
     return stable_poles(stabilisation(frf, orders, band))[0]
 
 
+@one_thread
 def passivity(frf: FRF) -> Array:
     """The least energy that the foundation takes from any forces at its seats, line by line, (n,) [-].
 

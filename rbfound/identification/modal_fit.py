@@ -42,6 +42,7 @@ from rbfound.identification.model_order import (
 )
 from rbfound.identification.plscf import largest_order, lines_in, stabilisation, stable_poles
 from rbfound.measurement import own_errors
+from rbfound.parallel import one_thread
 from rbfound.units import from_hertz, hertz
 
 Array = NDArray[np.float64]
@@ -149,6 +150,7 @@ def identify(
     return fit_modes(frf, band=band, modes=modes, relative=relative, errors=errors).foundation()
 
 
+@one_thread
 def fit_modes(
     frf: FRF,
     *,

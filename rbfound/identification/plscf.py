@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from rbfound.frf import FRF
+from rbfound.parallel import one_thread
 from rbfound.units import from_hertz, hertz
 
 Array = NDArray[np.float64]
@@ -93,6 +94,7 @@ def groups_of(poles: Complex, alike: float = ALIKE) -> list[NDArray[np.intp]]:
     return np.split(order, ends)
 
 
+@one_thread
 def stabilisation(
     frf: FRF, orders: Iterable[int] | None = None, band: tuple[float, float] | None = None
 ) -> Stabilisation:

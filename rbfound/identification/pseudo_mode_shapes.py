@@ -11,6 +11,7 @@ from rbfound.foundation import Foundation, checked_modes
 from rbfound.frf import FRF, SEATS
 from rbfound.identification.circle import circle_fit, modal_constants
 from rbfound.measurement import Peaks, nearest_peak
+from rbfound.parallel import one_thread
 from rbfound.system import mac
 from rbfound.theory import real_matrices
 from rbfound.units import from_hertz, hertz
@@ -44,6 +45,7 @@ class PseudoModes:
         return float(np.linalg.cond(self.Phi))
 
 
+@one_thread
 def pseudo_modes(
     frf: FRF,
     peaks: Sequence[float] | Peaks,

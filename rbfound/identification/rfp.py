@@ -17,6 +17,7 @@ from rbfound.frf import FRF, SEATS
 from rbfound.identification.least_squares import problem_of
 from rbfound.identification.lsfd import fit_residues
 from rbfound.identification.plscf import HEAVY, lines_in
+from rbfound.parallel import one_thread
 from rbfound.units import from_hertz, hertz
 
 Array = NDArray[np.float64]
@@ -216,6 +217,7 @@ def fit_fraction(
     )
 
 
+@one_thread
 def rational_fraction(
     frf: FRF,
     modes: int,

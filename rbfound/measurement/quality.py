@@ -10,6 +10,7 @@ from scipy import ndimage
 from rbfound.frf import FRF
 from rbfound.measurement.noise import beside_neighbours
 from rbfound.measurement.peaks import mode_indicator, prominence
+from rbfound.parallel import one_thread
 from rbfound.tables import number, table
 from rbfound.theory import half_power, local_maxima
 
@@ -107,6 +108,7 @@ class Report:
         return "\n".join(part for part in parts if part)
 
 
+@one_thread
 def check(frf: FRF) -> Report:
     """Look at a set of FRFs as one would before using it: grid, noise, reciprocity, signs, resolution, static limit.
 

@@ -66,6 +66,42 @@ def overlapping() -> list[set[int]]:
     return [*seen, counts()]
 
 
+def in_the_package() -> list[set[int]]:
+    """The counts of threads that numpy's and scipy's solvers see within calls of the package, and those afterwards."""
+    import numpy as np
+    import scipy.linalg
+    from threadpoolctl import ThreadpoolController
+
+    import rbfound as rb
+
+    libraries = ThreadpoolController().select(user_api="blas").lib_controllers
+    seen: set[int] = set()
+
+    def watched(solver: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*args: Any, **options: Any) -> Any:
+            seen.update(library.num_threads for library in libraries)
+            return solver(*args, **options)
+
+        return call
+
+    for module in (np.linalg, scipy.linalg):
+        for name in ("cholesky", "eig", "eigh", "lstsq", "qr", "solve", "svd"):
+            if hasattr(module, name):
+                setattr(module, name, watched(getattr(module, name)))
+    foundation = rb.modal_foundation([[0.1, 0.2], [0.2, 0.1]], [600.0, 1200.0], [0.02, 0.02], ("x1", "y1"))
+    frf = foundation.frf(np.arange(20.0, 300.0)).with_noise(0.01)
+    counts_of = []
+    for work in (
+        lambda: rb.fit_modes(frf),
+        lambda: rb.campbell(rb.thesis.model("c"), [0.0, 100.0]),
+        lambda: rb.check(frf),
+    ):
+        seen.clear()
+        work()
+        counts_of.append(set(seen))
+    return [*counts_of, {library.num_threads for library in libraries}]
+
+
 def with_two_threads(function: Callable[[], Any]) -> Any:
     """What a function returns in a fresh process whose BLAS has two threads."""
     kept = {name: os.environ.get(name) for name in THREADS}
@@ -100,3 +136,7 @@ def test_also_after_an_error_and_within_one_another() -> None:
 
 def test_calls_that_overlap_do_not_leave_the_limit_behind() -> None:
     assert with_two_threads(overlapping) == [{1}, {1}, {2}]
+
+
+def test_fits_and_sweeps_take_one_thread() -> None:
+    assert with_two_threads(in_the_package) == [{1}, {1}, {1}, {2}]
