@@ -69,6 +69,21 @@ def without_weakest(problem: Problem, state: State, group: NDArray[np.intp]) -> 
     return state.only(np.setdiff1d(np.arange(len(state.omega)), group)).joined(fewer)
 
 
+def weight_of(problem: Problem, state: State) -> Array:
+    """Sum of the squares of what each mode alone does to the weighted receptances, (m,)."""
+    thin = problem.thinned()
+    g = np.abs(compliance(thin.omega, state.omega, state.zeta)) ** 2
+    product = (state.Phi[thin.rows] * state.Phi[thin.columns]) ** 2
+    return np.asarray((product * (thin.weight**2 @ g.T)).sum(axis=0))
+
+
+def prominence_of(problem: Problem, state: State) -> Array:
+    """The largest weighted receptance that each mode alone has on any line, (m,)."""
+    g = np.abs(compliance(problem.omega, state.omega, state.zeta))
+    product = np.abs(state.Phi[problem.rows] * state.Phi[problem.columns])
+    return np.asarray([(problem.weight * product[:, [k]] * g[k]).max() for k in range(len(g))])
+
+
 def missing_mode(
     problem: Problem, state: State, own: Array, zeta: float, least: float | Array = 0.0
 ) -> tuple[State, Array]:

@@ -32,6 +32,7 @@ from rbfound.identification.model_order import (
     counted,
     coupled,
     covariance_of,
+    deviation_of_poles,
     doubtful,
     likelier,
     pruned,
@@ -209,7 +210,8 @@ def fit_modes(
     _check_any(len(state.omega), band)
     if state.V is None:
         state = uncrowded(problem, state)
-    suspects = inside(state, edges) & doubtful(problem, state, *_deviation(problem, state))
+    covariance, spread = covariance_of(problem, state)
+    suspects = inside(state, edges) & doubtful(problem, state, _deviation(state, covariance), spread)
     state = pruned(problem, state, np.flatnonzero(suspects))
     _check_any(len(state.omega), band)
     if found and not likelier(problem, state, found[0]):
@@ -289,9 +291,12 @@ def _poles(part: FRF) -> Complex:
         return np.zeros(0, dtype=complex)
 
 
-def _deviation(problem: Problem, state: State) -> tuple[Array, float]:
-    covariance, noise = covariance_of(problem, state)
-    return np.sqrt(np.maximum(np.diag(covariance), 0)), noise
+def _deviation(state: State, covariance: Array) -> tuple[Array, Array]:
+    if state.V is not None:
+        return deviation_of_poles(state.omega, state.C, covariance)
+    n, m = state.Phi.size, len(state.omega)
+    spread = np.sqrt(np.maximum(np.diag(covariance), 0))
+    return spread[n : n + m], spread[n + m : n + 2 * m]
 
 
 def _judged(
@@ -304,7 +309,6 @@ def _judged(
 ) -> ModalFit:
     """What the fit is worth: covariance, noise, misfit, and which modes the data hardly determine."""
     covariance, spread = covariance_of(problem, state)
-    deviation = np.sqrt(np.maximum(np.diag(covariance), 0))
     own = inside(state, problem.edges)
     model = np.zeros_like(part.H)
     model[:, problem.rows, problem.columns] = model[:, problem.columns, problem.rows] = receptances(problem, state).T
@@ -316,7 +320,7 @@ def _judged(
     unit = 1.0 if relative or errors is not None else float(one[0, 0, 0])
     misfit = np.sqrt(np.mean(np.abs((part.H - model) * one) ** 2, axis=0)) / unit
     noise = noise_of(problem, state) / unit
-    unsure = own & doubtful(problem, state, deviation, spread)
+    unsure = own & doubtful(problem, state, _deviation(state, covariance), spread)
     order = np.argsort(state.omega, kind="stable")
     seats, m = state.Phi.shape
     places = [*(k * m + order for k in range(seats + 2))]
@@ -354,6 +358,8 @@ def _notes(fit: ModalFit) -> tuple[str, ...]:
 
     worst = np.unravel_index(fit.misfit.argmax(), fit.misfit.shape)
     frequency, damping = fit.deviation
+    if fit.coupling is not None:
+        frequency, damping = deviation_of_poles(fit.omega, fit.C, fit.covariance)
     modes = ", ".join(
         f"{fit.natural_frequency[k]:.4g} Hz {100 * fit.zeta[k]:.3g} %{' (unsure)' if fit.unsure[k] else ''}"
         for k in np.flatnonzero(fit.inside)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
+from scipy import linalg, optimize
 
 from rbfound.identification.added_modes import (
     SCARCE,
@@ -15,6 +15,8 @@ from rbfound.identification.added_modes import (
     in_band,
     inside,
     missing_mode,
+    prominence_of,
+    weight_of,
     within,
     without_weakest,
 )
@@ -28,7 +30,6 @@ from rbfound.identification.least_squares import (
     Complex,
     Problem,
     State,
-    compliance,
     cost,
     curvature,
     parameters,
@@ -42,16 +43,14 @@ from rbfound.units import hertz
 
 def covariance_of(problem: Problem, state: State) -> tuple[Array, float]:
     """Covariance of phi, log omega, log zeta and, of coupled damping, R_ab with a > b; the spread of a residual."""
-    N = curvature(problem, state)
     variance = _variance(problem, state)
     turn = _to_shapes(state)
-    return turn @ _inverse(N) @ turn.T * variance, float(np.sqrt(2 * variance))
+    return turn @ _inverse(curvature(problem, state)) @ turn.T * variance, float(np.sqrt(2 * variance))
 
 
 def _variance(problem: Problem, state: State) -> float:
     """Of the real part of a weighted residual; the imaginary part has the same."""
-    numbers = 2 * problem.H.size
-    return cost(problem, state) / max(numbers - parameters(state), 1)
+    return cost(problem, state) / max(2 * problem.H.size - parameters(state), 1)
 
 
 def _inverse(N: Array) -> Array:
@@ -210,10 +209,9 @@ def coupled(problem: Problem, poles: Complex, zeta: float, most: int) -> tuple[S
 
 def likelier(problem: Problem, modal: State, state: State) -> bool:
     """Whether modal damping explains the data as well, by a margin (Schwarz 1978, DOI 10.1214/aos/1176344136)."""
-    thin = problem.thinned()
     more = max(parameters(state) - parameters(modal), 0)
-    worse = (cost(thin, modal) - cost(thin, state)) / variance_of(problem, state)
-    return bool(worse < SURELY * np.log(problem.H.size) / 2 * more)
+    worse = cost(problem.thinned(), modal) - cost(problem.thinned(), state)
+    return bool(worse < SURELY * np.log(problem.H.size) / 2 * more * variance_of(problem, state))
 
 
 def completed(problem: Problem, state: State, zeta: float, most: int, other: Callable[[], State | None]) -> State:
@@ -298,31 +296,37 @@ def _added(problem: Problem, state: State, left: float, new: State, least: float
     return None
 
 
-def doubtful(problem: Problem, state: State, deviation: Array, noise: float) -> NDArray[np.bool_]:
+def deviation_of_poles(omega: Array, C: Array, covariance: Array) -> tuple[Array, Array]:
+    """Standard deviations of frequency and damping of the pole of each coupled mode, as parts of them, (m,) and (m,).
+
+    One pole comes from many undamped frequencies and couplings: these alone are far less sure than it. As (lambda^2 +
+    lambda C + K) v = 0, dlambda = -v' (lambda dC + dK) v / v' (2 lambda + C) v. Infinite for a mode without a pole.
+    """
+    m = len(omega)
+    rows, columns = np.tril_indices(m, -1)
+    poles, vectors = np.linalg.eig(np.block([[np.zeros((m, m)), np.eye(m)], [-np.diag(omega**2), -C]]))
+    poles, v = poles[poles.imag > 0], vectors[:m, poles.imag > 0]
+    root, damped = np.sqrt(np.diag(C))[:, None] * v, poles * v * (C @ v)
+    turn = np.concatenate([damped + 2 * (omega[:, None] * v) ** 2, damped, 2 * poles * root[rows] * root[columns]])
+    turn = -turn / (2 * poles**2 * v**2 + damped).sum(axis=0)
+    part = covariance[-len(turn) :, -len(turn) :]
+    share = np.abs(v) ** 2 / (np.abs(v) ** 2).sum(axis=0)
+    mode, pole = optimize.linear_sum_assignment(share, maximize=True)
+    frequency, damping = np.full((2, m), np.inf)
+    for out, slope in ((frequency, turn.real), (damping, (turn * poles).real / poles.real - turn.real)):
+        out[mode] = np.sqrt(np.maximum((slope * (part @ slope)).sum(axis=0), 0))[pole]
+    return frequency, damping
+
+
+def doubtful(problem: Problem, state: State, deviation: tuple[Array, Array], noise: float) -> NDArray[np.bool_]:
     """Modes that the data hardly determine, (m,).
 
     Of which the frequency is known to no better than 0.3 % or the damping to no better than 15 %; that stand nowhere
     above five times the noise; or whose damping has gone to the end of its range.
     """
-    n, m = state.Phi.size, len(state.omega)
-    known = (deviation[n : n + m] < 0.003) & (deviation[n + m : n + 2 * m] < 0.15)
+    known = (deviation[0] < 0.003) & (deviation[1] < 0.15)
     free = (state.zeta > 1.01 * LIGHT) & (state.zeta < 0.99 * HEAVY)
     return np.asarray(~known | ~free | (prominence_of(problem, state) < 5 * noise))
-
-
-def weight_of(problem: Problem, state: State) -> Array:
-    """Sum of the squares of what each mode alone does to the weighted receptances, (m,)."""
-    thin = problem.thinned()
-    g = np.abs(compliance(thin.omega, state.omega, state.zeta)) ** 2
-    product = (state.Phi[thin.rows] * state.Phi[thin.columns]) ** 2
-    return np.asarray((product * (thin.weight**2 @ g.T)).sum(axis=0))
-
-
-def prominence_of(problem: Problem, state: State) -> Array:
-    """The largest weighted receptance that each mode alone has on any line, (m,)."""
-    g = np.abs(compliance(problem.omega, state.omega, state.zeta))
-    product = np.abs(state.Phi[problem.rows] * state.Phi[problem.columns])
-    return np.asarray([(problem.weight * product[:, [k]] * g[k]).max() for k in range(len(g))])
 
 
 def pruned(problem: Problem, state: State, suspects: NDArray[np.intp]) -> State:
@@ -349,8 +353,7 @@ def uncrowded(problem: Problem, state: State) -> State:
     Modes that are nearer than CROWDED share what they do: each may be needed although k - 1 others would do as well.
     """
     thin, variance = problem.thinned(), variance_of(problem, state)
-    left = cost(thin, state)
-    done = False
+    left, done = cost(thin, state), False
     while not done:
         own = np.flatnonzero(inside(state, problem.edges))
         poles = state.omega[own] * (-state.zeta[own] + 1j * np.sqrt(1 - state.zeta[own] ** 2))

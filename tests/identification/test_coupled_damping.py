@@ -9,6 +9,7 @@ from samples import BAND, F_N, LINES, assert_passive, known, noisy, under_the_ro
 import rbfound as rb
 from rbfound.identification.error_propagation import _slopes
 from rbfound.identification.least_squares import State, curvature, gradient, moved, problem_of, residuals
+from rbfound.identification.model_order import deviation_of_poles
 
 # What is promised [%] under the rotor: frequency and damping.
 PROMISED = {0.01: (0.08, 3.0), 0.05: (0.2, 6.0)}
@@ -96,3 +97,15 @@ def test_derivatives_of_poles_by_the_coupling_are_those_of_finite_differences(fi
 def test_the_window_of_a_hammer_test_cannot_be_taken_out_of_coupled_damping(fits):
     with pytest.raises(ValueError, match="damping of this fit couples the modes"):
         rb.identification.without_window(fits[0.01], 1.0)
+
+
+def test_modes_that_dashpots_couple_are_sure_and_their_poles_within_the_error_bars(fits):
+    for level, fit in fits.items():
+        assert not fit.unsure.any(), level
+        frequency, damping = deviation_of_poles(fit.omega, fit.C, fit.covariance)
+        got, true = (f.modes().above(BAND[0]).below(BAND[1]).poles for f in (fit.foundation(), with_dashpots()))
+        assert len(got) == len(true) == len(F_N)
+        # of 14 normal numbers one is beyond 3.5 once in 150 times
+        assert (np.abs(np.abs(got / true) - 1) < 3.5 * frequency[fit.inside]).all()
+        assert (np.abs(got.real / true.real - np.abs(got / true)) < 3.5 * damping[fit.inside]).all()
+        assert (frequency[fit.inside] < fit.deviation[0][fit.inside]).all()
