@@ -101,7 +101,7 @@ def readings(frequency: ArrayLike, H: ArrayLike, near: float) -> dict[str, Readi
 def reading_errors(
     samples: Sequence[Mapping[str, Reading]], frequency: float, damping: float, constant: float
 ) -> dict[str, list[str] | list[float] | list[int]]:
-    """Root mean square errors over samples, in per cent of the reference, as columns of a table; "read" counts the samples.
+    """Root mean square errors over samples, in per cent of the reference, as columns of a table: "read" counts samples.
 
     Parameters
     ----------
