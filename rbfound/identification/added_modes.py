@@ -108,8 +108,9 @@ def against(problem: Problem, state: State, own: Array, zeta: Array) -> tuple[Ar
     new = compliance(thin.omega, own, zeta)
     size = (new.real**2 + new.imag**2) @ (thin.weight**2).T
     cross = np.zeros((len(own), len(thin.rows), parameters(state)))
-    for e, part, index, J in jacobian(thin, state):
-        cross[:, e, index] += (new[:, part] * thin.weight[e, part]).view(float) @ J.view(float).T
+    for e, part, index, size_of_each, source, basis in jacobian(thin, state):
+        product = (new[:, part] * thin.weight[e, part] ** 2).view(float) @ basis.view(float).T
+        cross[:, e, index] += product[:, source] * size_of_each[:, 0]
     return size, match, cross
 
 

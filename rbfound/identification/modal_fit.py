@@ -14,14 +14,13 @@ from numpy.typing import NDArray
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF, SEATS
 from rbfound.identification.added_modes import inside
-from rbfound.identification.decimation import compressed, reweighted, scale_of_data
+from rbfound.identification.decimation import compressed, noise_of, reweighted, scale_of_data
 from rbfound.identification.least_squares import (
     SURE,
     Complex,
     Problem,
     State,
     cost,
-    noise_of,
     problem_of,
     receptances,
     refine,

@@ -18,7 +18,7 @@ from rbfound.identification.added_modes import (
     within,
     without_weakest,
 )
-from rbfound.identification.decimation import scale_of_data
+from rbfound.identification.decimation import noise_of, scale_of_data
 from rbfound.identification.least_squares import (
     CAREFUL,
     HEAVY,
@@ -31,7 +31,6 @@ from rbfound.identification.least_squares import (
     compliance,
     cost,
     curvature,
-    noise_of,
     parameters,
     refine,
     scale_of,
@@ -233,7 +232,7 @@ def completed(problem: Problem, state: State, zeta: float, most: int, other: Cal
     tried = candidates(*edges, zeta)
     own = in_band(tried, edges)
     thin, variance = problem.thinned(), variance_of(problem, state)
-    added, whole, thorough, first = 0, False, False, True
+    added, whole, thorough, untried = 0, False, False, True
     # few lines neither tell noise from resonances nor determine modes to spare
     noisy = problem.nodes is not None and noise_of(problem, state) > FINEST * scale_of_data(problem)
     at_once = arranged(thin, state.only(inside(state, edges)), zeta, variance, SPARE if noisy else SCARCE)
@@ -245,10 +244,6 @@ def completed(problem: Problem, state: State, zeta: float, most: int, other: Cal
         small, rough, damping = (ENOUGH * variance, 0.0, SURE) if thorough else (variance, ROUGH, CAREFUL)
         state, left = refine(thin, state, small=small, rough=rough, damping=damping, iterations=80)
         variance = variance_of(problem, state)
-        found_coupled = other() if first and left > FAR * variance * thin.H.size else None
-        if found_coupled is not None:
-            return found_coupled
-        first = False
         idle = ~inside(state, edges) & (weight_of(thin, state) < IDLE * variance)
         if idle.any():
             state = state.only(~idle)
@@ -263,6 +258,10 @@ def completed(problem: Problem, state: State, zeta: float, most: int, other: Cal
             new, gain = missing_mode(thin, state, tried, zeta, least)
             best = int(np.where(gain > least, gain, 0.0).argmax())
             found, more = gain[best] > least[best] and (thorough or own[best]), None
+            if untried and found and own[best] and left > FAR * variance * thin.H.size:
+                untried, found_coupled = False, other()
+                if found_coupled is not None:
+                    return found_coupled
             if found and not own[best] and not whole:
                 whole = True
                 more = _with_other_remainder(thin, state, left, zeta, variance)
@@ -274,7 +273,8 @@ def completed(problem: Problem, state: State, zeta: float, most: int, other: Cal
                 state = more
                 continue
         if thorough:
-            return state
+            found_coupled = other() if untried and left > FAR * variance * thin.H.size else None
+            return found_coupled or state
         thorough = True
 
 
