@@ -6,6 +6,7 @@ Exit codes: 0 all is well, 1 the report warns of something, 2 the input is wrong
 import argparse
 import sys
 from collections.abc import Sequence
+from textwrap import fill
 
 import numpy as np
 
@@ -129,12 +130,13 @@ def _identify(options: argparse.Namespace) -> int:
     sys.stdout.write(f"{report}\n\n")
     sys.stderr.write(f"rbfound: fitting modes to {len(frf.frequency)} lines ...\n")
     foundation = fit_modes(frf, modes=options.modes).foundation()
+    warned = any(note.startswith("Warning:") for note in foundation.notes)
     save_foundation(foundation, options.output)
     sys.stdout.write(f"{foundation}\nwritten: {options.output}\n")
     if options.report:
         text_replaced(options.report, _page(frf, report, foundation))
         sys.stdout.write(f"written: {options.report}\n")
-    return 1 if report.warnings else 0
+    return 1 if report.warnings or warned else 0
 
 
 def _page(frf: FRF, report: Report, foundation: Foundation) -> str:
@@ -170,7 +172,12 @@ def _campbell(options: argparse.Namespace) -> int:
     unstable = np.flatnonzero(diagram.unstable())
     if len(unstable):
         sys.stdout.write(f"Warning: unstable in this range: mode {', '.join(str(k + 1) for k in unstable)}.\n")
-    return 1 if len(unstable) else 0
+    standing = said.machine.foundation
+    warnings = [note for note in (standing.notes if standing else ()) if note.startswith("Warning:")]
+    if warnings:
+        lines = "\n".join(fill(note, 92) for note in warnings)
+        sys.stdout.write(f"The foundation came with warnings:\n{lines}\n")
+    return 1 if len(unstable) or warnings else 0
 
 
 if __name__ == "__main__":

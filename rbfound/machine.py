@@ -68,6 +68,8 @@ class Machine:
         if self.banded is not None:
             found, uncertain = self.banded.response(omega, speeds, force.T)
             out[:] = found.T
+            # at rest the dense matrix knows whether the machine is free
+            uncertain = np.union1d(uncertain, np.flatnonzero(omega == 0))
         for k in uncertain:
             out[k] = self.at(float(speeds[k])).solve(float(omega[k]), force[k])
         return out

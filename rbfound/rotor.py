@@ -86,7 +86,10 @@ class Shaft:
 
 @dataclass(frozen=True)
 class Disk:
-    """A rigid disk: mass [kg], diametral and polar moment of inertia [kg m^2]; without these a point mass."""
+    """A rigid disk: mass [kg], diametral and polar moment of inertia [kg m^2]; without these a point mass.
+
+    The polar moment is at most twice the diametral one: that of a thin disk.
+    """
 
     mass: float
     Id: float = 0.0
@@ -96,22 +99,35 @@ class Disk:
         for name in ("mass", "Id", "Ip"):
             if not 0 <= getattr(self, name) < np.inf:
                 raise ValueError(f"{name} = {getattr(self, name):g}: it must be finite and not negative.")
+        # printed moments of a thin disk are rounded
+        if self.Ip > 2.02 * self.Id:
+            raise ValueError(
+                f"Ip = {self.Ip:g} kg m^2 is more than twice Id = {self.Id:g} kg m^2, which no body has: a thin disk "
+                "has Ip = 2 Id, a thick one less."
+            )
 
 
 @dataclass(frozen=True)
 class Bearing:
-    """Linear stiffness [N/m] and damping [N s/m] between the shaft and its seat, in the directions x and y."""
+    """Linear stiffness [N/m] and damping [N s/m] between the shaft and its seat, in the directions x and y.
+
+    What is left out of kyy and cyy is kxx and cxx: alike in both directions. For a bearing that holds in x only, write
+    kyy=0.
+    """
 
     kxx: float = 0.0
-    kyy: float = 0.0
+    kyy: float = None  # type: ignore[assignment]  # a number once it is made
     kxy: float = 0.0
     kyx: float = 0.0
     cxx: float = 0.0
-    cyy: float = 0.0
+    cyy: float = None  # type: ignore[assignment]
     cxy: float = 0.0
     cyx: float = 0.0
 
     def __post_init__(self) -> None:
+        for along, across in (("kxx", "kyy"), ("cxx", "cyy")):
+            if getattr(self, across) is None:
+                object.__setattr__(self, across, getattr(self, along))
         for name, value in vars(self).items():
             if callable(value) or np.ndim(value):
                 raise ValueError(

@@ -231,6 +231,9 @@ class System:
         """Displacements under harmonic forces of one circular frequency [rad/s]: (n,) or (n, i), as the forces."""
         stiffness = self.K - omega**2 * self.M + 1j * omega * (self.C + self.G)
         try:
+            # at rest no inertia hides that a body is free: its K is singular but for rounding
+            if omega == 0 and np.any(force) and _singular(self.K):
+                raise np.linalg.LinAlgError
             return np.asarray(np.linalg.solve(stiffness, force), dtype=complex)
         except np.linalg.LinAlgError:
             raise ValueError(
@@ -266,6 +269,15 @@ def _cholesky(M: Array) -> Array:
             f"M is not positive definite: its smallest eigenvalue is {smallest:.3g}, its largest entry {scale:.3g}. "
             "Every coordinate needs some mass."
         ) from None
+
+
+def _singular(K: Array) -> bool:
+    """Whether K is singular but for rounding, each coordinate in its own unit."""
+    size = np.sqrt(np.maximum(np.abs(K).max(axis=1, initial=0.0), np.finfo(float).tiny))
+    scaled = K / np.outer(size, size)
+    factor, _, failed = linalg.lapack.dgetrf(scaled)
+    # each entry is a sum of some terms that are rounded themselves
+    return bool(failed or linalg.lapack.dgecon(factor, linalg.norm(scaled, 1))[0] <= 20 * np.finfo(float).eps)
 
 
 def _largest_entry_one(shapes: Complex) -> Complex:

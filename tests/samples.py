@@ -95,6 +95,7 @@ diameter = [0.05, 0.04]
 [[disk]]
 position = 0.5
 mass = 10.0
+Id = 0.03
 Ip = 0.05
 
 [[bearing]]

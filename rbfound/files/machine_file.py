@@ -13,7 +13,7 @@ mass = 10.0                    # [kg]; also: Id, Ip [kg m^2]
 
 [[bearing]]
 position = 0.0                 # [m]
-kxx = 1e8                      # [N/m]; also kyy, kxy, kyx
+kxx = 1e8                      # [N/m]; also kyy (kxx unless given), kxy, kyx
 kyy = 1e8
 cxx = 1e4                      # [N s/m]; also cyy, cxy, cyx
 """

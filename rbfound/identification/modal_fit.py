@@ -41,7 +41,7 @@ from rbfound.identification.model_order import (
     variance_of,
 )
 from rbfound.identification.plscf import largest_order, lines_in, stabilisation, stable_poles
-from rbfound.measurement import own_errors
+from rbfound.measurement import NO_PHASE, has_phase, own_errors
 from rbfound.parallel import one_thread
 from rbfound.units import from_hertz, hertz
 
@@ -53,6 +53,8 @@ MOST, MOST_COUPLED = 16, 24
 
 # A fit that misses the data by this many times their size is none.
 ASTRAY = 2.0
+# One that misses |H| by this part, or by so many times its errors, is no model of these data.
+GROSS, MANY = 0.5, 20.0
 
 
 # Orders of the denominator that are tried, where the lines allow them.
@@ -247,6 +249,8 @@ def _check(part: FRF, band: tuple[float, float], modes: int | None) -> None:
         raise ValueError(f"All receptances between {band[0]:g} and {band[1]:g} Hz are zero: nothing moves.")
     if not 1 / HUGE < largest < HUGE:
         raise ValueError(f"The largest receptance is {largest:.1g} m/N: is its unit right?")
+    if not has_phase(part):
+        raise ValueError(NO_PHASE)
 
 
 def _check_any(found: int, band: tuple[float, float]) -> None:
@@ -367,23 +371,31 @@ def _notes(fit: ModalFit) -> tuple[str, ...]:
     notes = [
         f"Identified from {fit.band[0]:g} to {fit.band[1]:g} Hz: {fit.inside.sum()} modes in the band, {modes}; "
         f"{(~fit.inside).sum()} pseudo-modes stand for what lies outside it and mean nothing one by one.",
-        *(
-            ["Damping couples the modes, as that of dashpots, isolators and soil does: C is full, mode shapes complex."]
-            if fit.coupling is not None
-            else []
-        ),
         f"Misfit, root mean square over the lines: {told(float(np.sqrt(np.mean(fit.misfit**2))))} over all FRFs, at "
         f"the worst {told(float(fit.misfit.max()))} (response {fit.labels[worst[0]]}, force {fit.labels[worst[1]]}); "
         f"the noise is estimated to be {told(fit.noise)}.",
     ]
+    if fit.coupling is not None:
+        notes[1:1] = ["Damping couples the modes, as dashpots, isolators and soil do: C is full, mode shapes complex."]
     if fit.told:
         notes.append(
             f"The noise is not in proportion to |H|: neighbouring lines tell of {100 * fit.told[0]:.2g} to "
             f"{100 * fit.told[1]:.2g} % of it, a tenth left out at either end. Each line weighs by its own."
         )
-    if fit.misfit.max() > 1.5 * max(fit.noise, 1e-3 * fit.relative):
+    missed = float(np.sqrt(np.mean(fit.misfit**2)))
+    if missed > (GROSS if fit.relative else np.inf if fit.errors is None else MANY):
+        # before all else: nothing below it is a result
+        notes.insert(
+            0,
+            f"Warning: this is no model of the data, which it misses by {told(missed)}. No passive, reciprocal "
+            "foundation has such FRFs: look for a flipped channel, a phase of the other sign, a delay between force "
+            "and response, or a wrong factor on some of them. rbfound.check looks for these.",
+        )
+    elif fit.misfit.max() > 1.5 * max(fit.noise, 1e-3 * fit.relative):
         notes.append(
-            "Warning: the misfit is larger than the noise: the data are not those of real modes, or modes are missing."
+            "Warning: the misfit is larger than the noise: damping or stiffness that depends on frequency, data that "
+            "do not belong together, or missing modes. rbfound.identification.mount_measured puts the rotor on the "
+            "FRFs themselves, without a model."
         )
     notes += [
         f"Warning: the mode at {fit.natural_frequency[k]:.4g} Hz is unsure: its frequency is known to "

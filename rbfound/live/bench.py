@@ -74,7 +74,7 @@ class Bench:
 
     @cached_property
     def true_frequencies(self) -> tuple[Array, Array]:
-        """Natural frequencies [Hz] of the truth alone and under the rotor, as far as the FRFs reach."""
+        """Natural frequencies [Hz] of the reference model alone and under the rotor, as far as the FRFs reach."""
         return (np.zeros(0), np.zeros(0)) if self.truth is None else self.frequencies(self.truth)
 
     def nearest(self, seat: int, frequency: float) -> Peak:
@@ -120,7 +120,9 @@ def bench_of(
             f"the FRFs have {seats} ({', '.join(frf.labels)})."
         )
     if truth is not None and truth.labels != frf.labels:
-        raise ValueError(f"The truth has the seats {', '.join(truth.labels)}, the FRFs {', '.join(frf.labels)}.")
+        raise ValueError(
+            f"The reference model has the seats {', '.join(truth.labels)}, the FRFs {', '.join(frf.labels)}."
+        )
     if len(frf.frequency) < 3:
         raise ValueError(f"{len(frf.frequency)} lines show no peak: at least three are needed.")
     places = sorted(bearings or {})

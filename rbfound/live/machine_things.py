@@ -28,6 +28,8 @@ SWEEP = np.linspace(300.0, 24000.0, 240)
 # A whirl that is neither: less round than this.
 FLAT = 0.1
 SENSES = ("forward whirl", "backward whirl", "in a plane")
+# Their styles have the colours that `rbfound.plots` gives them: red forward, blue backward.
+STYLES = (1, 0, 2)
 
 BEARING = [
     slider("k", "bearing stiffness", "N/m", 1e6, 1e9, 1e8, log=True),
@@ -105,7 +107,7 @@ def _campbell(machine: ReducedMachine, swept: Campbell, speed: float) -> dict[st
     for frequency, whirl in zip(swept.frequency.T, swept.whirl.T, strict=True):
         lines += _in_senses(speeds, frequency, np.array([_sense(value) for value in whirl]))
     lines += [line("this speed", [speed, speed], [0.0, HIGHEST], 3, thin=True)]
-    marks = [mark("", speed, f, _sense(w)) for f, w in zip(modes.frequency, turn, strict=True)]
+    marks = [mark("", speed, f, STYLES[_sense(w)]) for f, w in zip(modes.frequency, turn, strict=True)]
     diagram = figure(
         "Campbell diagram",
         axis("speed [rev/min]", 0.0, FASTEST),
@@ -133,7 +135,7 @@ def _in_senses(speeds: Array, frequency: Array, senses: NDArray[np.int_]) -> lis
         own = senses == sense
         # up to where the next one begins
         own[1:] |= own[:-1]
-        lines.append(line(SENSES[sense], speeds, np.where(own, frequency, np.nan), int(sense)))
+        lines.append(line(SENSES[sense], speeds, np.where(own, frequency, np.nan), STYLES[sense]))
     return lines
 
 

@@ -12,10 +12,12 @@ from rbfound.measurement.peaks import (
 )
 from rbfound.measurement.quality import (
     FEW_LINES as FEW_LINES,
+    NO_PHASE as NO_PHASE,
     STATIC_PART as STATIC_PART,
     Report as Report,
     check as check,
     gains as gains,
+    has_phase as has_phase,
 )
 from rbfound.measurement.virtual_test import (
     KINDS as KINDS,

@@ -31,6 +31,11 @@ STATIC_PART = 1 / 3
 # The next four lines of a static limit are within this part of it, or it is none.
 APART = 1.0
 
+NO_PHASE = (
+    "The FRFs have no phase: Im H is zero. Magnitudes, or real parts alone, are not enough to identify a foundation. "
+    "Export real and imaginary parts, or magnitude and phase."
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Report:
@@ -56,6 +61,7 @@ class Report:
     static : (seats,) [m/N]
         Real part of each driving point on the lowest line, nan where noise hides it.
     reaches_static : whether the lowest line lies so far below the first peak that `static` is the static limit
+    has_phase : whether the receptances have imaginary parts, as those of anything that is damped
     warnings : sentences that say what to mend
     notes : those of the FRFs
     """
@@ -76,6 +82,7 @@ class Report:
     double: NDArray[np.bool_]
     static: Array
     reaches_static: bool
+    has_phase: bool
     warnings: tuple[str, ...]
     notes: tuple[str, ...]
 
@@ -151,6 +158,7 @@ def check(frf: FRF) -> Report:
         double=double,
         static=np.where(_hidden(driving.real, local, f[0] <= STATIC_PART * first), np.nan, driving[0].real),
         reaches_static=bool(f[0] <= STATIC_PART * first),
+        has_phase=has_phase(frf),
         warnings=(),
         notes=frf.notes,
     )
@@ -166,6 +174,12 @@ def _hidden(static: Array, noise: Array, limit: bool) -> NDArray[np.bool_]:
     next_ones = np.median(static[1:5], axis=0)
     small = np.abs(static[0]) < BEYOND * np.diag(noise[0])
     return np.asarray(small | (limit & (np.abs(static[0] - next_ones) > APART * np.abs(next_ones))))
+
+
+def has_phase(frf: FRF) -> bool:
+    """Whether more than one receptance in a hundred has an imaginary part that is not rounding."""
+    size = np.abs(frf.H)
+    return bool((np.abs(frf.H.imag) > WRITTEN * size).sum() > 0.01 * np.count_nonzero(size))
 
 
 def gains(frf: FRF) -> NDArray[np.bool_]:
@@ -234,6 +248,8 @@ def _standing(curve: Array, noise: Array) -> NDArray[np.intp]:
 def _warnings(report: Report) -> list[str]:
     """What a person should mend, worst first."""
     out = []
+    if not report.has_phase:
+        out.append(NO_PHASE)
     for label, part in zip(report.labels, report.gaining, strict=True):
         if part > 0.5:
             out.append(

@@ -11,7 +11,7 @@ from rbfound.plots.frf import (
     receptances as receptances,
 )
 from rbfound.plots.identification import (
-    beside_truth as beside_truth,
+    beside_reference as beside_reference,
     campbell_bands as campbell_bands,
     conditions as conditions,
     errors_in_bars as errors_in_bars,

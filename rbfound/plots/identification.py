@@ -59,21 +59,21 @@ def errors_in_bars(frequency: ArrayLike, errors: Sequence[ArrayLike], level: flo
 
 
 @styled
-def beside_truth(
+def beside_reference(
     x: ArrayLike,
-    truth: ArrayLike,
+    reference: ArrayLike,
     curves: Mapping[str, ArrayLike],
     *,
     xlabel: str = "frequency [Hz]",
     ylabel: str = "receptance |H|  [m/N]",
 ) -> None:
-    """Magnitudes of complex curves over one axis with the truth under them, and below how far each is from it [%]."""
-    x, truth = np.asarray(x), np.asarray(truth)
+    """Magnitudes of complex curves over one axis with the reference under them; below, the error of each [%]."""
+    x, reference = np.asarray(x), np.asarray(reference)
     _, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(7.2, 4.8), height_ratios=(3, 2))
-    top.semilogy(x, np.abs(truth), color="#bbbbbb", lw=5, label="truth")
+    top.semilogy(x, np.abs(reference), color="#bbbbbb", lw=5, label="reference")
     for name, curve, color, line in each(curves):
         top.semilogy(x, np.abs(curve), line, color=color, lw=1.2, label=name)
-        bottom.semilogy(x, 100 * np.abs(np.asarray(curve) / truth - 1), line, color=color, lw=1.0)
+        bottom.semilogy(x, 100 * np.abs(np.asarray(curve) / reference - 1), line, color=color, lw=1.0)
     top.set_ylabel(ylabel)
     bottom.set(xlabel=xlabel, ylabel="error [%]")
     legend_above(top, 4)
@@ -234,13 +234,13 @@ def conditions(modes: Sequence[int], numbers: Mapping[str, ArrayLike]) -> None:
 
 @styled
 def pole_map(
-    truth: ArrayLike, found: Mapping[str, ArrayLike], band: tuple[float, float], heaviest: float = 5.0
+    reference: ArrayLike, found: Mapping[str, ArrayLike], band: tuple[float, float], heaviest: float = 5.0
 ) -> None:
     """Poles [rad/s] as frequency [Hz] against damping [%]: true ones as crosses, found ones as other marks.
 
     Parameters
     ----------
-    truth, found : complex, one of each pair
+    reference, found : complex, one of each pair
     band : (lowest, highest) [Hz]
     heaviest : damping [%] at which the picture ends; what is damped more, or less than not at all, stands at its edge
     """
@@ -252,7 +252,7 @@ def pole_map(
         inside = (f >= band[0]) & (f <= band[1])
         return f[inside], np.clip(zeta[inside], -0.3, heaviest)
 
-    ax.plot(*place(truth), "+", color=GREY, markersize=17, mew=3, label="truth")
+    ax.plot(*place(reference), "+", color=GREY, markersize=17, mew=3, label="reference")
     for (name, poles, color, _), marker in zip(each(found), MARKERS, strict=False):
         ax.plot(*place(poles), marker, mec=color, mfc="none", color=color, markersize=6.5, mew=1.3, label=name)
     ax.axhline(0, color=BLACK, lw=0.8)

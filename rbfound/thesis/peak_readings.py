@@ -1,4 +1,4 @@
-"""One peak read in several ways, side by side, and how far each is from the truth."""
+"""One peak read in several ways, side by side, and how far each is from the reference."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -101,12 +101,12 @@ def readings(frequency: ArrayLike, H: ArrayLike, near: float) -> dict[str, Readi
 def reading_errors(
     samples: Sequence[Mapping[str, Reading]], frequency: float, damping: float, constant: float
 ) -> dict[str, list[str] | list[float] | list[int]]:
-    """Root mean square errors over samples, in per cent of the truth, as columns of a table; "read" counts the samples.
+    """Root mean square errors over samples, in per cent of the reference, as columns of a table: "read" counts samples.
 
     Parameters
     ----------
     samples : results of `readings`, one a noise
-    frequency, damping, constant : the truth [Hz, -, 1/kg]
+    frequency, damping, constant : of the reference [Hz, -, 1/kg]
     """
     names = list(samples[0])
     exact = np.array([frequency, damping, constant])

@@ -58,7 +58,7 @@ def test_identify_writes_a_foundation_and_a_page_that_needs_nothing_else(rig, ca
 def test_campbell_gives_what_the_same_machine_gives_in_python(rig, capsys):
     assert main(["campbell", str(rig / "machine.toml"), "--steps", "21", "--count", "4"]) == 0
     out = capsys.readouterr().out
-    rotor = rb.Rotor(rb.Shaft([0.5, 0.5], [0.05, 0.04]), {0.5: rb.Disk(10.0, Ip=0.05)})
+    rotor = rb.Rotor(rb.Shaft([0.5, 0.5], [0.05, 0.04]), {0.5: rb.Disk(10.0, 0.03, 0.05)})
     bearings = {0.0: rb.Bearing(1e8, 1e8, cxx=1e3, cyy=1e3), 1.0: rb.Bearing(1e8, 1e8)}
     machine = rb.mount(rotor, bearings, on=foundation())
     diagram = rb.campbell(machine, np.linspace(0, rb.from_rpm(6000), 21), 4)

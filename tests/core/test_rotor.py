@@ -278,3 +278,40 @@ def test_a_disk_without_inertia_is_a_point_mass():
     added = mesh.M - bare.M
     np.testing.assert_allclose(np.diag(added)[-4:], [10, 10, 0, 0], atol=1e-12)
     assert linalg.norm(added) == pytest.approx(np.sqrt(200))
+
+
+def test_a_disk_with_more_polar_inertia_than_a_thin_one_is_refused():
+    with pytest.raises(ValueError, match=r"Ip = 0\.05 kg m\^2 is more than twice Id = 0\.02 kg m\^2"):
+        rb.Disk(2.0, 0.02, 0.05)
+    # printed to two digits, a thin disk's moments may be twice but for rounding
+    assert rb.Disk(2.0, 0.052, 0.105).Ip == 0.105
+
+
+def test_a_bearing_is_alike_in_both_directions_unless_told_otherwise():
+    assert rb.Bearing(kxx=2e7, cxx=3e3) == rb.Bearing(kxx=2e7, kyy=2e7, cxx=3e3, cyy=3e3)
+    held_in_x = rb.Bearing(kxx=2e7, kyy=0.0)
+    assert (held_in_x.kyy, held_in_x.cyy) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("nodes", [5, 40])
+@pytest.mark.parametrize(
+    "bearings", [{}, {0.3: rb.Bearing(kxx=1e7)}, {0.0: rb.Bearing(1e7, 0.0), 1.0: rb.Bearing(1e7, 0.0)}]
+)
+def test_what_is_free_to_move_has_no_receptance_at_0_hz(nodes, bearings):
+    machine = rb.mount(rb.Rotor(rb.Shaft([1.0], [0.05]), {0.5: rb.Disk(30)}, element=1 / nodes), bearings)
+    at = {"y": machine.coordinate(0.0, "y")}
+    with pytest.raises(ValueError, match="singular at 0 Hz"):
+        machine.frf([0.0, 1.0], at)
+    # the lower the frequency, the farther inertia alone lets it go
+    low, high = (np.abs(machine.frf([f], at).H[0, 0, 0]) for f in (0.1, 1.0))
+    assert low == pytest.approx(100 * high, rel=1e-2)
+
+
+@pytest.mark.parametrize("nodes", [5, 40, 400])
+@pytest.mark.parametrize("k", [1e3, 1e6, 1e9, 1e12])
+def test_what_is_held_has_a_static_receptance_however_soft_or_stiff_its_bearings(nodes, k):
+    bearing = rb.Bearing(kxx=k)
+    machine = rb.mount(rb.Rotor(rb.Shaft([1.0], [0.05]), element=1 / nodes), {0.0: bearing, 1.0: bearing})
+    H = machine.frf([0.0], {"x": machine.coordinate(0.0, "x")}).H[0, 0, 0]
+    # all of a force at one end is on the bearing there
+    assert pytest.approx(1 / k, rel=1e-3) == H

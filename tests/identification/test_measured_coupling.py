@@ -161,7 +161,7 @@ def test_seats_that_do_not_match_the_bearings_are_an_error_with_both_numbers(pla
 
 
 def test_a_rotor_that_nothing_holds_at_0_hz_is_an_error_and_above_it_is_none():
-    loose = dict.fromkeys(BEARINGS, rb.Bearing(kxx=1e7, cyy=1e3))
+    loose = dict.fromkeys(BEARINGS, rb.Bearing(kxx=1e7, kyy=0.0, cyy=1e3))
     truth = spread_modes()
     measured = rb.identification.mount_measured(ROTOR, loose, truth.frf(LINES))
     with pytest.raises(ValueError, match="singular at 0 Hz: the bearings do not hold the rotor"):

@@ -105,6 +105,16 @@ def test_a_peak_beyond_the_band_or_none_at_all_is_told_as_a_dash() -> None:
         assert "-" in told["tables"][0]["columns"][" "]
 
 
+def test_forward_whirl_is_red_and_backward_blue_as_in_the_figures_of_the_book() -> None:
+    sheet = live.sheet(live.front("campbell"))
+    colours = {int(k): bytes.fromhex(c) for k, c in re.findall(r"--style(\d): #([0-9a-f]{6})", sheet.split("}")[0])}
+    lines = {line["label"]: line["style"] for line in result("campbell")["figures"][0]["lines"]}
+    red, _, blue = colours[lines["forward whirl"]]
+    assert red > 2 * blue
+    red, _, blue = colours[lines["backward whirl"]]
+    assert blue > 2 * red
+
+
 @pytest.mark.parametrize("flexible", [False, True])
 def test_campbell_shows_the_frequencies_and_critical_speeds_of_the_whole_machine(flexible: bool) -> None:
     told = result("campbell", k=5e7, c=5e3, speed=12000.0, foundation=flexible)

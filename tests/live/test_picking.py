@@ -200,7 +200,7 @@ def test_a_bench_refuses_what_does_not_belong_together(bench: Bench, truth: rb.F
         bench_of(frf, rotor)
     with pytest.raises(ValueError, match="1 bearings need 2 seats"):
         bench_of(frf, rotor, dict(list(bearings.items())[:1]))
-    with pytest.raises(ValueError, match="The truth has the seats a, b, c, d"):
+    with pytest.raises(ValueError, match="The reference model has the seats a, b, c, d"):
         bench_of(frf, truth=replace(truth, labels=("a", "b", "c", "d")))
     with pytest.raises(ValueError, match="2 lines show no peak"):
         bench_of(rb.FRF(frf.frequency[:2], frf.H[:2]))

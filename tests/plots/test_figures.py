@@ -103,7 +103,7 @@ FIGURES = {
         ["two deviations, 3 times"],
     ),
     "errors_in_bars": lambda: ([[10, 20], [[1.0, -3.0]]], {}, [([0], [1.0]), ([1], [-3.0])], ["10", "20"]),
-    "beside_truth": lambda: ([X, Z, {"a": 1.1 * Z}], {}, [(X, abs(Z)), (X, 1.1 * abs(Z)), (X, 10 + 0 * X)], ["a"]),
+    "beside_reference": lambda: ([X, Z, {"a": 1.1 * Z}], {}, [(X, abs(Z)), (X, 1.1 * abs(Z)), (X, 10 + 0 * X)], ["a"]),
     "passivity": lambda: ([X, {"a": Z.real}], {}, [(X, 100 * Z.real)], ["a"]),
     "price": lambda: ([["a", "b"], [0.0, 2.0], [1.0, 3.0]], {}, [([1.0, 3.0], [0.01, 2.0])], ["a", "b"]),
     "parts": lambda: (
@@ -128,7 +128,7 @@ FIGURES = {
         [modes().poles, {"a": modes().poles[:1]}, (0, 1e6)],
         {"heaviest": 99.0},
         [poles_on(modes().poles), poles_on(modes().poles[:1])],
-        ["truth", "a"],
+        ["reference", "a"],
     ),
     "residual_parts": lambda: (
         [fit_residues(frf(), stable_poles(chart())[0]), frf(), "x1", "x2"],
