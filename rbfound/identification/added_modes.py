@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
+from scipy import linalg, optimize
 
 from rbfound.identification.least_squares import (
     Array,
@@ -82,6 +82,37 @@ def prominence_of(problem: Problem, state: State) -> Array:
     g = np.abs(compliance(problem.omega, state.omega, state.zeta))
     product = np.abs(state.Phi[problem.rows] * state.Phi[problem.columns])
     return np.asarray([(problem.weight * product[:, [k]] * g[k]).max() for k in range(len(g))])
+
+
+def deviation_of(state: State, covariance: Array) -> tuple[Array, Array]:
+    """Standard deviations of frequency and damping of each mode, or of its pole where damping couples them."""
+    if state.V is not None:
+        return deviation_of_poles(state.omega, state.C, covariance)
+    n, m = state.Phi.size, len(state.omega)
+    spread = np.sqrt(np.maximum(np.diag(covariance), 0))
+    return spread[n : n + m], spread[n + m : n + 2 * m]
+
+
+def deviation_of_poles(omega: Array, C: Array, covariance: Array) -> tuple[Array, Array]:
+    """Standard deviations of frequency and damping of the pole of each coupled mode, as parts of them, (m,) and (m,).
+
+    One pole comes from many undamped frequencies and couplings: these alone are far less sure than it. As (lambda^2 +
+    lambda C + K) v = 0, dlambda = -v' (lambda dC + dK) v / v' (2 lambda + C) v. Infinite for a mode without a pole.
+    """
+    m = len(omega)
+    rows, columns = np.tril_indices(m, -1)
+    poles, vectors = np.linalg.eig(np.block([[np.zeros((m, m)), np.eye(m)], [-np.diag(omega**2), -C]]))
+    poles, v = poles[poles.imag > 0], vectors[:m, poles.imag > 0]
+    root, damped = np.sqrt(np.diag(C))[:, None] * v, poles * v * (C @ v)
+    turn = np.concatenate([damped + 2 * (omega[:, None] * v) ** 2, damped, 2 * poles * root[rows] * root[columns]])
+    turn = -turn / (2 * poles**2 * v**2 + damped).sum(axis=0)
+    part = covariance[-len(turn) :, -len(turn) :]
+    share = np.abs(v) ** 2 / (np.abs(v) ** 2).sum(axis=0)
+    mode, pole = optimize.linear_sum_assignment(share, maximize=True)
+    frequency, damping = np.full((2, m), np.inf)
+    for out, slope in ((frequency, turn.real), (damping, (turn * poles).real / poles.real - turn.real)):
+        out[mode] = np.sqrt(np.maximum((slope * (part @ slope)).sum(axis=0), 0))[pole]
+    return frequency, damping
 
 
 def missing_mode(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rbfound.foundation import Foundation, modal_foundation
 from rbfound.frf import FRF, SEATS
-from rbfound.identification.added_modes import inside
+from rbfound.identification.added_modes import deviation_of, deviation_of_poles, inside
 from rbfound.identification.decimation import compressed, noise_of, reweighted, scale_of_data
 from rbfound.identification.least_squares import (
     SURE,
@@ -32,7 +32,6 @@ from rbfound.identification.model_order import (
     counted,
     coupled,
     covariance_of,
-    deviation_of_poles,
     doubtful,
     likelier,
     pruned,
@@ -213,7 +212,7 @@ def fit_modes(
     if state.V is None:
         state = uncrowded(problem, state)
     covariance, spread = covariance_of(problem, state)
-    suspects = inside(state, edges) & doubtful(problem, state, _deviation(state, covariance), spread)
+    suspects = inside(state, edges) & doubtful(problem, state, deviation_of(state, covariance), spread)
     state = pruned(problem, state, np.flatnonzero(suspects))
     _check_any(len(state.omega), band)
     if found and not likelier(problem, state, found[0]):
@@ -295,14 +294,6 @@ def _poles(part: FRF) -> Complex:
         return np.zeros(0, dtype=complex)
 
 
-def _deviation(state: State, covariance: Array) -> tuple[Array, Array]:
-    if state.V is not None:
-        return deviation_of_poles(state.omega, state.C, covariance)
-    n, m = state.Phi.size, len(state.omega)
-    spread = np.sqrt(np.maximum(np.diag(covariance), 0))
-    return spread[n : n + m], spread[n + m : n + 2 * m]
-
-
 def _judged(
     problem: Problem,
     part: FRF,
@@ -324,7 +315,7 @@ def _judged(
     unit = 1.0 if relative or errors is not None else float(one[0, 0, 0])
     misfit = np.sqrt(np.mean(np.abs((part.H - model) * one) ** 2, axis=0)) / unit
     noise = noise_of(problem, state) / unit
-    unsure = own & doubtful(problem, state, _deviation(state, covariance), spread)
+    unsure = own & doubtful(problem, state, deviation_of(state, covariance), spread)
     order = np.argsort(state.omega, kind="stable")
     seats, m = state.Phi.shape
     places = [*(k * m + order for k in range(seats + 2))]

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, optimize
+from scipy import linalg
 
 from rbfound.identification.added_modes import (
     SCARCE,
@@ -294,28 +294,6 @@ def _added(problem: Problem, state: State, left: float, new: State, least: float
         if left - then > least:
             return more
     return None
-
-
-def deviation_of_poles(omega: Array, C: Array, covariance: Array) -> tuple[Array, Array]:
-    """Standard deviations of frequency and damping of the pole of each coupled mode, as parts of them, (m,) and (m,).
-
-    One pole comes from many undamped frequencies and couplings: these alone are far less sure than it. As (lambda^2 +
-    lambda C + K) v = 0, dlambda = -v' (lambda dC + dK) v / v' (2 lambda + C) v. Infinite for a mode without a pole.
-    """
-    m = len(omega)
-    rows, columns = np.tril_indices(m, -1)
-    poles, vectors = np.linalg.eig(np.block([[np.zeros((m, m)), np.eye(m)], [-np.diag(omega**2), -C]]))
-    poles, v = poles[poles.imag > 0], vectors[:m, poles.imag > 0]
-    root, damped = np.sqrt(np.diag(C))[:, None] * v, poles * v * (C @ v)
-    turn = np.concatenate([damped + 2 * (omega[:, None] * v) ** 2, damped, 2 * poles * root[rows] * root[columns]])
-    turn = -turn / (2 * poles**2 * v**2 + damped).sum(axis=0)
-    part = covariance[-len(turn) :, -len(turn) :]
-    share = np.abs(v) ** 2 / (np.abs(v) ** 2).sum(axis=0)
-    mode, pole = optimize.linear_sum_assignment(share, maximize=True)
-    frequency, damping = np.full((2, m), np.inf)
-    for out, slope in ((frequency, turn.real), (damping, (turn * poles).real / poles.real - turn.real)):
-        out[mode] = np.sqrt(np.maximum((slope * (part @ slope)).sum(axis=0), 0))[pole]
-    return frequency, damping
 
 
 def doubtful(problem: Problem, state: State, deviation: tuple[Array, Array], noise: float) -> NDArray[np.bool_]:

@@ -7,9 +7,9 @@ import pytest
 from samples import BAND, F_N, LINES, assert_passive, known, noisy, under_the_rotor
 
 import rbfound as rb
+from rbfound.identification.added_modes import deviation_of_poles
 from rbfound.identification.error_propagation import _slopes
 from rbfound.identification.least_squares import State, curvature, gradient, moved, problem_of, residuals
-from rbfound.identification.model_order import deviation_of_poles
 
 # What is promised [%] under the rotor: frequency and damping.
 PROMISED = {0.01: (0.08, 3.0), 0.05: (0.2, 6.0)}
