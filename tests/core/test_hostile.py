@@ -139,7 +139,8 @@ def test_noise_alone_is_refused_or_called_unsure(seed):
     H = rng.standard_normal((len(LINES), 2, 2)) + (seed % 2) * 1j * rng.standard_normal((len(LINES), 2, 2))
     found = answer(rb.identify, rb.FRF(LINES, H, TWO))
     if isinstance(found, str):
-        assert "No mode was found" in found
+        # real noise has no phase
+        assert ("No mode was found" if seed % 2 else "have no phase") in found
     else:
         assert any(note.startswith("Warning") for note in found.notes)
 
@@ -149,7 +150,7 @@ def test_a_set_of_the_other_sign_is_refused_by_peaks_and_warned_of_by_fits(wrong
     frf = rb.FRF(LINES, wrong(SMALL.frf(LINES).H), TWO)
     with pytest.raises(ValueError, match="has a positive imaginary part"):
         rb.pmsm(frf, [80, 140])
-    assert any("larger than the noise" in note for note in rb.identify(frf).notes)
+    assert rb.identify(frf).notes[0].startswith("Warning: this is no model of the data")
     assert any("gives energy away" in warning for warning in rb.check(frf).warnings)
 
 
