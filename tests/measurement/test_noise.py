@@ -75,6 +75,7 @@ def test_a_measured_set_needs_no_word_about_its_noise():
         assert (apart < 3 * np.hypot(fit.deviation[0][sure], other.deviation[0][also])).all()
 
 
+@pytest.mark.slow  # with the wrong errors, noise is searched for modes for some seconds
 def test_who_says_that_it_is_in_proportion_is_believed():
     frf = known([100.0, 250.0]).frf(np.arange(20.0, 400.0))
     sigma = 2e-3 * np.median(np.abs(frf.H))
