@@ -130,13 +130,17 @@ def _identify(options: argparse.Namespace) -> int:
     sys.stdout.write(f"{report}\n\n")
     sys.stderr.write(f"rbfound: fitting modes to {len(frf.frequency)} lines ...\n")
     foundation = fit_modes(frf, modes=options.modes).foundation()
-    warned = any(note.startswith("Warning:") for note in foundation.notes)
     save_foundation(foundation, options.output)
     sys.stdout.write(f"{foundation}\nwritten: {options.output}\n")
     if options.report:
         text_replaced(options.report, _page(frf, report, foundation))
         sys.stdout.write(f"written: {options.report}\n")
-    return 1 if report.warnings or warned else 0
+    return 1 if report.warnings or _warnings(foundation) else 0
+
+
+def _warnings(foundation: Foundation | None) -> list[str]:
+    """What a foundation's notes warn of; nothing on rigid ground."""
+    return [note for note in (foundation.notes if foundation else ()) if note.startswith("Warning:")]
 
 
 def _page(frf: FRF, report: Report, foundation: Foundation) -> str:
@@ -172,8 +176,7 @@ def _campbell(options: argparse.Namespace) -> int:
     unstable = np.flatnonzero(diagram.unstable())
     if len(unstable):
         sys.stdout.write(f"Warning: unstable in this range: mode {', '.join(str(k + 1) for k in unstable)}.\n")
-    standing = said.machine.foundation
-    warnings = [note for note in (standing.notes if standing else ()) if note.startswith("Warning:")]
+    warnings = _warnings(said.machine.foundation)
     if warnings:
         lines = "\n".join(fill(note, 92) for note in warnings)
         sys.stdout.write(f"The foundation came with warnings:\n{lines}\n")

@@ -122,7 +122,7 @@ def couple(above: Foundation, bearings: Sequence[Bearing], below: Foundation | N
     ----------
     above, below : Foundation
         Any reduced bodies, a rotor that stands still among them; None below is rigid ground.
-    bearings : one for each pair of seats x, y, in their order; none leaves the bodies untied
+    bearings : one for each pair of seats x, y, in their order; none leaves the bodies uncoupled
     """
     bodies = [above] if below is None else [above, below]
     for body in bodies if bearings else []:
@@ -153,7 +153,7 @@ def mount(rotor: Rotor, bearings: Mapping[float, Bearing], on: Foundation | None
     rotor : Rotor
     bearings : mapping from a position along the shaft [m] to a Bearing
         The bearing at the smallest z stands on the seats x1, y1, the next one on x2, y2, and so on. Without
-        bearings rotor and foundation stand side by side, untied.
+        bearings rotor and foundation stand side by side, uncoupled.
     on : Foundation, or None for rigid ground
 
     Raises

@@ -242,6 +242,6 @@ def _most_different(bench: Bench) -> list[Pick]:
 
 
 def _own(bench: Bench, pick: Pick) -> float:
-    """Where a seat sees a peak of the indicator: half a line makes a difference."""
+    """Where a seat coordinate shows a peak of the indicator: half a line makes a difference."""
     near = bench.nearest(bench.frf.seat(pick["seat"]), pick["frequency"]).frequency
     return near if abs(near / pick["frequency"] - 1) < ALIKE else pick["frequency"]
